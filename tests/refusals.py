@@ -197,7 +197,7 @@ NAMED = {
     "whole": "order order_psi nodes workers accuracy seed elements Event.pair plateau roll_off cut_off",
     "flag": "couples periodic even progress coupled quiet fill",
     "word": "face psi0_in kind zone shape rule contact corner boundary field direction control detrend unit "
-    "Contact.solve.accuracy Contact.states.accuracy Contact.plan.accuracy State.sensitivity.modulus",
+    "quantity Contact.solve.accuracy Contact.states.accuracy Contact.plan.accuracy State.sensitivity.modulus",
     "pair": "window waves",
     "array": (
         "x1 x2 z points kinks jumps lines Obstacle.from_samples.x State.pressure_at.x State.gap_at.x "
@@ -286,6 +286,7 @@ CALLS = {
     **{f"state('{kind}').plot_below": "" for kind in ("panels", "condensed")},
     "state('condensed').reaction": "boundary='bottom'",
     "state('panels').fields": "x1=0.0, x2=-1.0",
+    "state('panels').peak": "quantity='pressure'",
     "history('rubbed').plot": "",
     "path('panels').plot": "",
     "state('panels').save": "file='x'",

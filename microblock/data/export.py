@@ -131,8 +131,8 @@ def to_vtk(state: State | History, path: str | os.PathLike[str]) -> list[Path]:
 
     The surface has the `profile`. The body has u (3 components), psi, stress (11, 12, 21, 22) and couple
     stress (2), in space psi (3), stress and couple stress (9, by rows), on a grid 1.5 times as wide and deep
-    as the contact or on elements, cut by their order. States on cells, and on panels with friction, have no
-    body. Of two bodies on meshes the second one has a file as well.
+    as the contact, of a half-space in the plane x2 of the centre of pressure, or on elements, cut by their
+    order. Of two bodies on meshes the second one has a file as well.
 
     Parameters
     ----------
@@ -228,23 +228,23 @@ def _lines(state: State) -> Integers:
 
 
 def _write_grid(state: State, path: Path) -> None:
-    contact = state.zones["contact"]
-    left = contact[0][0]
-    right = contact[-1][1]
-    middle = (right + left) / 2
-    reach = 1.5 * (right - left) / 2
+    """Writes the fields of a half-plane, or of a half-space in a plane through the centre of pressure."""
+    edges = np.ravel(state.zones["contact"]) if state.flat else state.points[state.closed > 0, 0]
+    middle = (edges.max() + edges.min()) / 2
+    reach = 1.5 * np.ptp(edges) / 2
     grid = np.meshgrid(middle + reach * np.linspace(-1, 1, 81), -2 * reach * np.linspace(1, 0, 41) ** 2)
     x1 = grid[0].ravel()
-    x2 = grid[1].ravel()
-    fields = state.fields(x1, x2)
+    down = grid[1].ravel()
+    fields = state.fields(x1, down) if state.flat else state.fields(x1, state.centre[1], down)
     zero = np.zeros_like(x1)
+    points = (x1, down, zero) if state.flat else (x1, zero + state.centre[1], down)
     data = {
-        "u": np.column_stack((*fields.u, zero)),
-        "psi": fields.psi,
-        "stress": fields.stress.reshape(4, -1).T,
-        "couple_stress": fields.couple_stress.T,
+        "u": np.column_stack((*fields.u, zero)[:3]),
+        "psi": fields.psi.T,
+        "stress": fields.stress.reshape(-1, len(x1)).T,
+        "couple_stress": fields.couple_stress.reshape(-1, len(x1)).T,
     }
-    _write(path, np.column_stack((x1, x2, zero)), "triangle", _triangles(x1, x2), data)
+    _write(path, np.column_stack(points), "triangle", _triangles(x1, down), data)
 
 
 def _write_mesh(fields: Any, path: Path) -> None:

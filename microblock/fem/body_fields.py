@@ -10,11 +10,21 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import BadArgument, require
-from ..model.fields import PointFields
+from ..model.fields import PointFields, SpaceFields
 from ..model.fields import points as at_points
 from ..model.types import Array, Integers
 from . import contact_term, supports
 from .body_spaces import COMPONENTS, BodySpaces
+
+# of u1, u2, psi, s11, s12, s21, s22, m1, m2, s33: which have the other sign at -x1 of a symmetric state
+ODD_FIELDS = np.array([1, 0, 1, 0, 1, 1, 0, 0, 1, 0], bool)
+
+
+def point_fields(x1: Array, x2: Array, *values: Array) -> PointFields:
+    """Returns the PointFields of values in the order of ODD_FIELDS."""
+    u1, u2, psi, s11, s12, s21, s22, m1, m2, s33 = values
+    stress = np.array(((s11, s12), (s21, s22)))
+    return PointFields(x1, x2, psi, np.array((u1, u2)), stress, np.array((m1, m2)), s33)
 
 
 class Reaction(NamedTuple):
@@ -58,6 +68,7 @@ class BodyFields:
     0.5
     """
 
+    resolved = 0.0
     u1: Any
     u2: Any
     u3: Any
@@ -97,31 +108,46 @@ class BodyFields:
         """Values of all unknowns, array (unknowns,)."""
         return np.concatenate([component.vec.FV().NumPy() for component in self])
 
-    def __call__(self, x1: ArrayLike, x2: ArrayLike) -> PointFields:
-        """Returns the PointFields at points, arrays (n,) or numbers; raises BadArgument for a point outside
-        of the body.
+    def __call__(
+        self, x1: ArrayLike, x2: ArrayLike, x3: ArrayLike | None = None
+    ) -> PointFields | SpaceFields:
+        """Returns the PointFields at points, arrays (n,) or numbers, in space, with x3, the SpaceFields;
+        raises BadArgument for a point outside of the body.
         """
-        words = "lies in space: take fields.u, fields.stress, ... there"
-        require(not self.body.in_space, "body", self.body, words)
-        x1, x2, shape = at_points(x1, x2)
-        sign = np.where(self.mirrored & (x1 < 0), -1.0, 1.0)
-        try:
-            points = self.body.mesh(sign * x1, x2)
-            values = ng.CF((self.u1, self.u2, self.psi, self.stress, self.couple_stress))(points).T
-        except Exception as failure:  # NGSolve's own; it does not say which point
-            raise BadArgument("x1, x2", (x1, x2), f"must lie in the body ({failure})") from failure
-        odd = np.array([1, 0, 1, 0, 1, 1, 0, 0, 1], bool)[:, None]
-        u1, u2, psi, *stress, m1, m2 = np.where(odd, sign, 1.0) * values
-        stress = np.reshape(stress, (2, 2, -1))
-        return PointFields(x1, x2, psi, np.array((u1, u2)), stress, np.array((m1, m2))).shaped(shape)
+        dim = 3 if self.body.in_space else 2
+        require((x3 is None) == (dim == 2), "x3", x3, "must be given of a body in space, and there alone")
+        x, shape = at_points(x1, x2) if x3 is None else at_points(x1, x2, x3)
+        sign = np.where(self.mirrored & (x[0] < 0), -1.0, 1.0)
+        evaluated = (self.u, self.psi, self.stress, self.couple_stress) if dim == 3 else self.plane_fields
+        points = self.body.mesh(sign * x[0], *x[1:])
+        outside = np.flatnonzero(points["nr"] < 0)
+        if len(outside):
+            point = [float(values[outside[0]]) for values in x]
+            raise BadArgument("x1, x2, x3"[: 4 * dim - 2], point, "must lie in the body")
+        values = ng.CF(evaluated)(points).T
+        if dim == 2:
+            return point_fields(*x, *np.where(ODD_FIELDS[:, None], sign, 1.0) * values).shaped(shape)
+        stress, couple_stress = values[6:].reshape(2, 3, 3, -1)
+        return SpaceFields(x[0], x[1], x[2], values[3:6], values[:3], stress, couple_stress).shaped(shape)
+
+    @property
+    def plane_fields(self) -> tuple[Any, ...]:
+        """What `point_fields` takes, as functions."""
+        return self.u1, self.u2, self.psi, self.stress, self.couple_stress, self._sigma[2, 2]
+
+    @property
+    def _sigma(self) -> Any:
+        """Force stress (16), 3x3."""
+        sigma = contact_term.stress(self.body.moduli, self.body.strains(self.components)[0])
+        return ng.BoundaryFromVolumeCF(sigma)  # else gradients are 0 there, in silence
 
     @property
     def stress(self) -> Any:
         """Force stress (16), 2x2, in three dimensions 3x3."""
-        sigma = contact_term.stress(self.body.moduli, self.body.strains(self.components)[0])
-        if not self.body.in_space:
-            sigma = ng.CF((sigma[0, 0], sigma[0, 1], sigma[1, 0], sigma[1, 1]), dims=(2, 2))
-        return ng.BoundaryFromVolumeCF(sigma)  # else gradients are 0 there, in silence
+        sigma = self._sigma
+        if self.body.in_space:
+            return sigma
+        return ng.CF((sigma[0, 0], sigma[0, 1], sigma[1, 0], sigma[1, 1]), dims=(2, 2))
 
     @property
     def couple_stress(self) -> Any:

@@ -54,6 +54,10 @@ class OnMesh(OfNodes):
         second = None if counter is None else counter.fields(self.forces)
         return BodyFields(fields.body, fields, fields.forces, self.mirrored, second)
 
+    def fields_below(self, box: tuple[Interval, float], x2: float | None = None) -> tuple[Any, Integers]:
+        """Returns what `draw_below` asks for, in elements within the box, ((left, right), depth)."""
+        return mesh_fields.below(self.fields, box) if x2 is None else mesh_fields.cut(self.fields, box, x2)
+
     @cached_property
     def energy(self) -> float:
         """Elastic energy (per thickness)."""
@@ -232,10 +236,6 @@ class MeshSolution(OnMesh, NodalSolution):
         if self.zones is not None:
             return contact_zones(self.zones, self.law.corners)
         return zones_of(self.x, self.closed, self.law, self.interrupted, self.end)
-
-    def fields_below(self, box: tuple[Interval, float]) -> tuple[Array, Array, Integers, Array, Array]:
-        """Returns what `draw_below` asks for, in elements within the box, ((left, right), depth)."""
-        return mesh_fields.below(self.fields, box)
 
     def interpolated(self, values: Array, x: Array) -> Array:
         """Returns nodal values, (n,), at x, (k,): polynomials of a condensed body, else a polygon."""

@@ -2,6 +2,7 @@
 without friction (`LoadingHistory`).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import pairwise
@@ -206,6 +207,10 @@ class PanelFriction(OnPanels):
     terms: list[tuple[float, Any]]
     shear: float
     dissipation: float
+
+    @property
+    def shear_terms(self) -> Sequence[tuple[float, Any]]:
+        return self.terms
 
     @cached_property
     def error_estimate(self) -> float:

@@ -19,6 +19,7 @@ from ..model.solution import ErrorParts
 from ..model.types import Array, Flags, Integers, Zones
 from .friction_cells import singular_points
 from .friction_edges import zones_on_cells
+from .subsurface import HalfPlaneBelow, below_cells
 
 
 @dataclass(frozen=True)
@@ -166,6 +167,11 @@ class FrictionCells(PairSolution):
         """Weights of errors, array (n,); at an edge of the obstacle times the distance."""
         ends = self.problem.obstacle.ends
         return self.weights * distance_to_ends(self.x, ends, self.problem.shifts)
+
+    @cached_property
+    def fields(self) -> HalfPlaneBelow:
+        edges = self.edges[:, 0], self.edges[:, 1]
+        return below_cells(self.problem, edges, self.pressures, self.micromoment, self.shear_traction)
 
     def pressure(self, corner: int, x: Array) -> Array:
         """Returns the pressure of a corner at x, arrays (n,): a polygon through the centres."""

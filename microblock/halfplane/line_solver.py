@@ -32,6 +32,7 @@ from .kernels import HalfPlane, at_rest, gap_kernel, plane_symbol
 from .kinks import corrections, logarithms
 from .sampling_uncertainty import EXHAUSTED, sampling_uncertainty, with_sampling_note
 from .second_half_plane import SecondHalfPlane
+from .subsurface import HalfPlaneBelow, below_cells
 from .transmitted_singularities import Chains, sizes_on
 from .window import COARSEST, Window, window_about
 
@@ -122,6 +123,12 @@ class LineCells(CellSolution, LineSolution):
         """Means of the logarithms over the cells, array (corners, n)."""
         cells, sizes = self.kinks
         return np.array([logarithms(cells, K, np.arange(self.grid.count)) for K in sizes])
+
+    @cached_property
+    def fields(self) -> HalfPlaneBelow:
+        edges = self.x - self.grid.width / 2, self.x + self.grid.width / 2
+        none = np.zeros(self.grid.count)
+        return below_cells(self.problem, edges, self.pressures, self.micromoment, none, self.period)
 
     def reaction(self, x: Array) -> Array:
         return self.interpolated(self.micromoment, x)

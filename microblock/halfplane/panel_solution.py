@@ -1,13 +1,12 @@
 """A state on panels fitted to the zones of each corner."""
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from ..model.fields import grid_below
 from ..model.intervals import contains, distance, without, zone_edges
 from ..model.law import horizontal_surface
 from ..model.problem import Problem
@@ -19,7 +18,8 @@ from ..threads import bounded
 from .kernels import both_gap_kernels, clamping_kernel, gap_kernel
 from .panels import Kernel, PanelGrid, response
 from .second_half_plane import second_body_kernel
-from .subsurface import HalfPlaneFields, fields_at
+from .subsurface import HalfPlaneBelow
+from .surface_loads import PanelLoads
 from .transmitted_singularities import transmitted_singularities
 
 
@@ -224,19 +224,26 @@ class OnPanels(LineSolution):
         displacement, psi = self.displacement_and_rotation(x)
         return self.surface_at(*horizontal_surface(x), values[:-1], values[-1], psi, displacement)
 
-
-class PanelSolution(OnPanels):
-    """A solution without friction, which knows the fields below."""
+    @property
+    def shear_terms(self) -> Sequence[tuple[float, Any]]:
+        """Factors of the pressures of other solutions in the shear traction."""
+        return ()
 
     @cached_property
-    def fields(self) -> Callable[..., HalfPlaneFields]:
-        return partial(fields_at, self)
+    def fields(self) -> HalfPlaneBelow:
+        problem = self.problem
+        clamped = problem.law.clamps_rotation
+        shear = [PanelLoads(solution, factor) for factor, solution in self.shear_terms]
+        second = None
+        if problem.counter is not None:  # shear acts oppositely on it
+            opposite = [PanelLoads(solution, -factor) for factor, solution in self.shear_terms]
+            loads = PanelLoads(self, shifts=problem.shifts)
+            second = HalfPlaneBelow(problem.counter, False, [loads, *opposite], upper=True)
+        return HalfPlaneBelow(problem.solid, clamped, [PanelLoads(self), *shear], second=second)
 
-    def fields_below(self, box: tuple[Interval, float]) -> tuple[Any, ...]:
-        """Returns points, psi and stresses in a box ((left, right), depth) below the surface."""
-        x1, x2, triangles = grid_below(box)
-        below = self.fields(x1, x2)
-        return x1, x2, triangles, below.psi, below.stress
+
+class PanelSolution(OnPanels):
+    """A solution without friction."""
 
 
 def relative_change(coarse: OnPanels, fine: OnPanels) -> float:

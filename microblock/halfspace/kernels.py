@@ -45,7 +45,8 @@ class Radial:
         root = np.hypot(SCALES, 1)
         step = np.log(SCALES[1] / SCALES[0])
         transforms = short + long * SCALES / root * (SCALES / (root + 1)) ** orders[:, None]
-        transforms += [fht(row, step, order) for row, order in zip(smooth, orders)]
+        for order in np.unique(orders):
+            transforms[orders == order] += fht(smooth[orders == order], step, order)
         transforms[orders == 2] *= -1
         self._spline = make_interp_spline(np.log(SCALES * length), transforms.T, k=7)
 

@@ -1,6 +1,7 @@
 """A state of a half-space on square cells."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from ..errors import require
 from ..model.refinement import FEWEST
 from ..model.solution import SpaceSolution
 from ..model.types import Array
+from .subsurface import HalfSpaceBelow, SquareLoads, joined, square_loads
 
 SPOT = FEWEST**2  # cells of a contact
 
@@ -49,6 +51,38 @@ class SurfaceCells(CellSolution, SpaceSolution):
             cells |= {"shape": grids[0].places[0].shape, "x1": x1, "x2": x2, "width": float(grids[0].width)}
         normals = np.tile([0.0, 0.0, 1.0], (len(areas), 1))
         return self.state_at(points.reshape(-1, 3), normals, areas, **cells)
+
+    @property
+    def shear_traction(self) -> Array | None:
+        """q on cells, array (2, ...) (stress), with friction."""
+        return None
+
+    @cached_property
+    def fields(self) -> HalfSpaceBelow:
+        solver = self.solver
+        clamped = solver.law.clamps_rotation
+        moments = np.zeros_like(self.micromoment) if clamped else self.micromoment
+        shear = np.zeros_like(moments) if self.shear_traction is None else self.shear_traction
+        loads = self._loads(np.concatenate((self.total[None], shear, moments)))
+        second = None
+        if solver.second is not None:
+            # corners press it where they stand; shear, under one corner alone, acts oppositely on it
+            shear = -shear / len(solver.offsets)
+            above = [
+                self._loads(
+                    np.concatenate((pressure[None], shear, 0 * moments)), solver.solid.ell / 2 * offset
+                )
+                for pressure, offset in zip(self.pressures, solver.offsets)
+            ]
+            second = HalfSpaceBelow(solver.second, False, joined(above), self.period, upper=True)
+        return HalfSpaceBelow(solver.solid, clamped, loads, self.period, second=second)
+
+    def _loads(self, means: Array, shift: Array | float = 0.0) -> SquareLoads:
+        """Returns the SquareLoads of means over cells, array (5, ...), shifted by (x1, x2)."""
+        grids = self.grid.grids
+        squares = means.reshape(len(means), len(grids), *grids[0].places[0].shape).swapaxes(0, 1)
+        loads = joined([square_loads(grid, part, self.is_whole) for grid, part in zip(grids, squares)])
+        return replace(loads, places=loads.places + np.reshape(shift, (-1, 1)))
 
     @property
     def is_whole(self) -> bool:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 
+from .fields import FieldsBelow
 from .surface import Surface
-from .types import Array, Interval
+from .types import Array, Integers, Interval
 
 
 def set_read_only(instance: Any) -> None:
@@ -84,9 +84,9 @@ class Interpolant(Protocol):
     4. ``counter_displacement(places)`` is 0 of a rigid obstacle.
     5. Of the plane alone: ``gap(corner, x)``, which raises BadArgument where the surface is not known,
        ``surface(window)``, and with friction ``shear_at(x)``, at most the friction times the pressure.
-    6. `fields` are those below the surface, ``fields(x1, x2)``, None of a method that has none; then
-       ``fields_below(box)`` gives x1, x2, triangles (m, 3), psi and stress (2, 2, n) in ((left, right),
-       depth). `fields_on_mesh` says whether they have a `body` on a mesh. ``reaction_on(boundary)`` raises
+    6. `fields` are those below the surface, None of a method that has none; then ``fields_below(box, x2)``
+       gives them at points in ((left, right), depth), in space in the plane x2, and triangles between these,
+       (m, 3). `fields_on_mesh` says whether they have a `body` on a mesh. ``reaction_on(boundary)`` raises
        BadArgument but of bodies on a mesh.
     7. What ``response()`` has, `energy`, `work`, `stiffness` and ``warnings(state)`` cost: on panels a tenth
        of a solution. A State asks for each when it is first read, and keeps it.
@@ -97,7 +97,7 @@ class Interpolant(Protocol):
     def data_exhausted(self) -> bool: ...
 
     @property
-    def fields(self) -> Callable[..., Any] | None: ...
+    def fields(self) -> FieldsBelow | None: ...
 
     @property
     def fields_on_mesh(self) -> bool: ...
@@ -124,7 +124,7 @@ class Interpolant(Protocol):
 
     def surface(self, window: Interval | None, /) -> Surface: ...
 
-    def fields_below(self, box: tuple[Interval, float], /) -> tuple[Any, ...]: ...
+    def fields_below(self, box: tuple[Interval, float], x2: float | None, /) -> tuple[Any, Integers]: ...
 
     def reaction_on(self, boundary: str, /) -> tuple[Array, Any]: ...
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from copy import copy
 from dataclasses import astuple
 from functools import cached_property
@@ -16,6 +15,7 @@ from ..errors import BadArgument, Named, plain
 from . import law as laws
 from .contact_like import ContactLike
 from .deformable import body_of
+from .fields import FieldsBelow, grid_below
 from .interpolant import Response, read_only
 from .intervals import contact_zones, over_the_end
 from .material import Elastic
@@ -23,7 +23,7 @@ from .obstacles import as_obstacle, initial_gap, returned
 from .sharp import of_samples
 from .state import State
 from .surface import Surface
-from .types import Array, Flags, Interval, Zones
+from .types import Array, Flags, Integers, Interval, Zones
 
 
 class ErrorParts:
@@ -56,7 +56,7 @@ class Solution:
         Length after which the surface repeats.
     method : str
         Name of the method, without another word that of its class in small letters.
-    fields : callable or None
+    fields : FieldsBelow or None
         Fields below the surface.
     work : float or None
         Work of the loads, of a history.
@@ -72,7 +72,7 @@ class Solution:
     if TYPE_CHECKING:  # read-only: methods have properties or fields of these names
 
         @property
-        def fields(self) -> Callable[..., Any] | None: ...
+        def fields(self) -> FieldsBelow | None: ...
 
         @property
         def work(self) -> float | None: ...
@@ -142,9 +142,11 @@ class Solution:
         """Returns sentences on what this method does not resolve."""
         return []
 
-    def fields_below(self, box: tuple[Interval, float]) -> tuple[Any, ...]:
+    def fields_below(self, box: tuple[Interval, float], x2: float | None = None) -> tuple[Any, Integers]:
         """Returns what is drawn of `fields`, as of `Interpolant`."""
-        raise NotImplementedError
+        across, up, triangles = grid_below(box)
+        fields: Any = self.fields
+        return fields(across, up) if x2 is None else fields(across, x2, up), triangles
 
     def reaction_on(self, boundary: str) -> tuple[Array, Any]:
         """Returns force and moment of the supports on a boundary of a mesh."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
@@ -25,6 +24,7 @@ from .contact_like import ContactLike
 from .interpolant import Interpolant, Response, SurfaceResponse, set_read_only
 from .law import Law
 from .material import Cosserat
+from .peaks import Peak, peak
 from .results import LISTED, PlainData, intervals, line, number, plain_data, saved
 from .surface import Surface
 from .types import Array, Axes, Figure, Flags, Integers, Interval, ObstacleLike, Target, ZoneErrors, Zones
@@ -34,7 +34,7 @@ EVALUATED = "_response", "energy", "stiffness", "work"  # of a state, when it is
 MODULI = "E", "nu", "ell", "beta", "curvature"
 # relative, of moduli beside a state: cubes and rounding of kernels, 1e-13 of them, over it leave 1e-8
 STEP = 3e-4
-NO_FIELDS = "has no fields below the surface; finite elements and panels without friction have"
+NO_FIELDS = "has no fields below the surface: its body gives a compliance alone"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -225,6 +225,12 @@ class State(PlainData):
 
     def __post_init__(self) -> None:
         set_read_only(self)
+
+    @property
+    def centre(self) -> tuple[float, ...]:
+        """Centre of pressure: x1, in three dimensions x1 and x2 (length)."""
+        forces = self.weights * self.pressure
+        return tuple((forces @ self.points[:, :-1] / forces.sum()).tolist())
 
     def noting(self, sentence: str) -> State:
         """Returns the state with one more sentence among its `warnings`."""
@@ -528,15 +534,15 @@ class State(PlainData):
         return list(self.pressures).index(corner)
 
     @property
-    def fields(self) -> Callable[..., Any]:
-        """Fields below the surface: ``fields(x1, x2)`` has psi, stress and couple stress at points, and u
-        where it is known; of finite elements also u1, u2, psi and stress as NGSolve functions, and in
-        `second` those of a second body, or None.
+    def fields(self) -> Any:
+        """Fields below the surface: ``fields(x1, x2)``, in three dimensions ``fields(x1, x2, x3)``, has u,
+        psi, stress and couple stress at points, `von_mises`, `max_shear` and `principal`. `second` are those
+        of a second body, or None. Of finite elements u1, u2, psi and stress are NGSolve functions.
 
         Raises
         ------
         BadArgument
-            If the state is one on cells.
+            If the body is one of your own, which gives a compliance alone.
 
         Examples
         --------
@@ -549,6 +555,38 @@ class State(PlainData):
         if fields is None:
             raise BadArgument("method", self.method, NO_FIELDS)
         return fields
+
+    def peak(self, quantity: str) -> Peak:
+        """Returns where a quantity is largest, and how large it is.
+
+        Parameters
+        ----------
+        quantity : str
+            "pressure", or below the surface "von_mises", "max_shear" or "tension", the largest principal
+            stress.
+
+        Returns
+        -------
+        Peak
+            A tuple of `value` (stress) and `place`, (x1, x2), in three dimensions (x1, x2, x3) (lengths). On
+            cells the search ends half a cell below the surface, above which tractions are not resolved; below
+            rough obstacles it begins at the dozen largest pressures and at points between.
+
+        Raises
+        ------
+        BadArgument
+            For another quantity, and where it has no bound, as below the edge of a punch.
+
+        Examples
+        --------
+        >>> ground = mb.HalfPlane(mb.Elastic(E=100, nu=0.3))
+        >>> state = mb.Contact(ground, mb.Cylinder(R=10), mb.Unilateral()).solve(load=1.0, rtol=1e-5)
+        >>> largest = state.peak("max_shear")
+        >>> a, p = mb.hertz_scales(ground.solid, R=10, P=1.0)
+        >>> round(largest.value / p, 4), round(-largest.place[1] / a, 3)      # .3003 p at .786 a
+        (0.3003, 0.786)
+        """
+        return peak(self, quantity)
 
     def reaction(self, boundary: str) -> tuple[Array, float]:
         """Returns what the supports of a body on a boundary exert on it.
@@ -666,25 +704,30 @@ class State(PlainData):
         """
         return saved(pictures().draw_blocks(self, ax), file, ax, self.warnings, self.caption)
 
-    def plot_below(self, field: str = "psi", file: Target = None, ax: Axes | None = None) -> Figure:
-        """Returns a figure of a field below the contact.
+    def plot_below(
+        self, field: str = "psi", file: Target = None, ax: Axes | None = None, x2: float | None = None
+    ) -> Figure:
+        """Returns a figure of a field below the contact, in three dimensions in a plane along x1 and x3.
 
         Parameters
         ----------
         field : str
-            "psi", "s22", "s11", "skew" or "shear".
+            "psi", the rotation in the plane of the figure, "s11", "s22", "s33", "skew" and "shear" (of
+            stresses in this plane), "max_shear" or "von_mises".
         file, ax : optional
             As of `plot`.
+        x2 : float, optional
+            In three dimensions the plane, without it that of the centre of pressure (length).
 
         Raises
         ------
         BadArgument
-            If the state is one on cells or in three dimensions, or the field unknown.
+            If the body is one of your own, the field unknown, or a plane given in two dimensions.
         """
-        self._require_flat("picture below the surface (to_vtk writes the fields of a mesh)")
         require(self.solution.fields is not None, "method", self.method, NO_FIELDS)
+        place = None if x2 is None else float(require_numbers(x2=x2)[0])
         caption = f"{self.caption}\ncontact in black"
-        return saved(pictures().draw_below(self, field, ax), file, ax, self.warnings, caption)
+        return saved(pictures().draw_below(self, field, ax, place), file, ax, self.warnings, caption)
 
 
 def neighbours(problem: ContactLike, modulus: str, step: float = STEP) -> tuple[ContactLike, ContactLike]:

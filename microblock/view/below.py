@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 
-from ..errors import require_choice
+from ..errors import require, require_choice
 from ..model.fields import FIRST_ROW, largest_shear
+from ..model.intervals import joined
 from ..model.state import State
-from ..model.types import Array, Axes, Figure
+from ..model.types import Array, Axes, Figure, Interval
 from . import plots
 
 QUANTITIES = {
     "psi": r"microrotation $\psi$ (degrees)",
-    "s22": r"$-\sigma_{22}$ (stress)",
     "s11": r"$-\sigma_{11}$ (stress)",
-    "skew": r"$\sigma_{12} - \sigma_{21}$ (stress)",
-    "shear": "largest shear stress (stress)",
+    "s22": r"$-\sigma_{22}$ (stress)",
+    "s33": r"$-\sigma_{33}$ (stress)",
+    "skew": r"skew shear stress (stress)",
+    "shear": "largest shear stress in the plane (stress)",
+    "max_shear": "largest shear stress (stress)",
+    "von_mises": "von Mises stress (stress)",
 }
 
 
@@ -25,22 +31,27 @@ SIGNED = ("psi", "skew")
 
 
 @plots.styled
-def draw_below(state: State, quantity: str, axis: Axes | None) -> Figure:
+def draw_below(state: State, quantity: str, axis: Axes | None, x2: float | None) -> Figure:
     """Returns the figure of an axis, or a new one, with contours of one of QUANTITIES below the contact of a
-    state.
+    state, in space in the plane x2, without it in that of the centre of pressure.
     """
     require_choice(QUANTITIES, field=quantity)
+    require(not state.flat or x2 is None, "x2", x2, "is the plane of a cut in space")
     drawing, axis = plots.in_place(axis, width=2 * plots.COLUMN, height=4.0)  # a wrong one before the fields
-    contact = state.zones["contact"]
+    if not state.flat and x2 is None:
+        x2 = state.centre[1]
+    contact = _contact(state, x2)
     left = contact[0][0]
     right = contact[-1][1]
     depth = right - left
     ends = (left - depth / 2, right + depth / 2)
-    x1, x2, triangles, psi, stress = state.solution.fields_below((ends, depth))
-    triangulation = Triangulation(x1, x2, triangles)
-    field = _field(quantity, psi, stress)
+    below, triangles = state.solution.fields_below((ends, depth), x2)
+    up = below.x2 if state.flat else below.x3
+    triangulation = Triangulation(below.x1, up, triangles)
+    field = _field(quantity, below)
     # edges of the contact and corners of a body may have no bound
-    contours = _contour_values(quantity, field[x2 <= -FIRST_ROW * depth])
+    bounded = field[up <= -FIRST_ROW * depth]
+    contours = _contour_values(quantity, bounded)
     for interval in contact:
         axis.plot(interval, [0, 0], color="k", linewidth=5, solid_capstyle="butt")
     colours = "cividis"  # both are distinguished by the colour-blind
@@ -50,21 +61,45 @@ def draw_below(state: State, quantity: str, axis: Axes | None) -> Figure:
         lines = contours[np.abs(contours) > (contours[1] - contours[0]) / 2]
         axis.tricontour(triangulation, field, lines, colors="k", linewidths=0.5)
     surfaces = axis.tricontourf(triangulation, field, contours, cmap=colours, extend="both")
-    axis.set(xlabel="$x_1$ (length)", ylabel="$x_2$ (length)", aspect="equal", xlim=ends)
-    axis.set_ylim(max(x2.min(), -depth), max(0.03 * depth, x2.max()))
-    drawing.colorbar(surfaces, ax=axis, label=QUANTITIES[quantity], shrink=0.75)
+    vertical = "$x_2$" if state.flat else "$x_3$"
+    axis.set(xlabel="$x_1$ (length)", ylabel=f"{vertical} (length)", aspect="equal", xlim=ends)
+    axis.set_ylim(max(up.min(), -depth), max(0.03 * depth, up.max()))
+    largest = bounded[np.abs(bounded).argmax()]
+    at = np.flatnonzero(field == largest)[0]
+    axis.plot(below.x1[at], up[at], "+", color="k", markersize=8)
+    label = f"{QUANTITIES[quantity]}\n+ {largest:.3g}, largest deeper than {FIRST_ROW * depth:.1g}"
+    drawing.colorbar(surfaces, ax=axis, label=label, shrink=0.75)
     return drawing
 
 
-def _field(quantity: str, psi: Array, stress: Array) -> Array:
-    """Returns one of QUANTITIES, array (n,), of the microrotation (n,) and the stress (2, 2, n)."""
-    (s11, s12), (s21, s22) = stress
+def _contact(state: State, x2: Any) -> list[Interval]:
+    """Returns intervals of x1 in contact, in space in the row of cells next to the plane x2, beside which the
+    whole extent is the first or last, empty, interval.
+    """
+    if state.flat:
+        return state.zones["contact"]
+    closed = state.points[state.closed > 0]
+    half = np.sqrt(state.weights[state.closed > 0]) / 2 if state.squares else np.zeros(len(closed))
+    left, right = float((closed[:, 0] - half).min()), float((closed[:, 0] + half).max())
+    in_row = np.abs(closed[:, 1] - x2) <= half
+    touching = 1 + 1e-9  # neighbours, for rounding
+    row = [(float(x - h), float(x + h)) for x, h in zip(closed[in_row, 0], touching * half[in_row])]
+    return [(left, left), *joined(row), (right, right)]
+
+
+def _field(quantity: str, below: Any) -> Array:
+    """Returns one of QUANTITIES, array (n,), of PointFields or SpaceFields."""
+    if quantity in ("von_mises", "max_shear"):
+        return np.asarray(getattr(below, quantity))
+    if quantity in ("s11", "s22", "s33"):
+        number = int(quantity[-1]) - 1
+        return -below.symmetric_stress[number, number]
+    up = len(below.stress) - 1
+    in_cut = below.stress[np.ix_((0, up), (0, up))]
     fields = {
-        "psi": np.degrees(psi),
-        "s22": -s22,
-        "s11": -s11,
-        "skew": s12 - s21,
-        "shear": largest_shear(stress),
+        "psi": np.degrees(below.psi if up == 1 else -below.psi[1]),
+        "skew": in_cut[0, 1] - in_cut[1, 0],
+        "shear": largest_shear(in_cut),
     }
     return fields[quantity]
 

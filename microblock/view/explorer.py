@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
     """Returns sliders for load, psi0, R, ell and law with a figure that follows, for Jupyter.
 
-    A list has the fields below the surface, which states on cells do not have. A state that is not found
-    leaves the figure as it is, and a sentence says why.
+    A list has the fields below the surface. A state that is not found leaves the figure as it is, and a
+    sentence says why.
 
     Parameters
     ----------

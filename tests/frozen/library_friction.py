@@ -330,7 +330,6 @@ def refusals():
         "panels with much shear": lambda: contact(
             mb.Unilateral(friction=0.3), mb.Panels(), obstacle=two
         ).history([(1.0, 0.0), (1.1, 0.2)]),
-        "fields below with friction": lambda: history_of(problems.HISTORIES[0]).states[0].fields,
         "beta=0 and friction": lambda: contact(
             body=mb.HalfPlane(mb.Cosserat(**given.solid(beta=0.0)))
         ).history(forth),

@@ -132,16 +132,16 @@ def of_bodies():
     for name, body in bodies.items():
         numbers = library.under_loads(body.solve(loads), (0.31, 0.2 if name == "triangles" else -0.27))
         rows |= {f"under loads {name} {part}": value for part, value in numbers.items()}
-    x1, x2, triangles, psi, stress = solve(given.STATES[0]).solution.fields_below(((-0.5, 0.5), 0.4))
+    below, triangles = solve(given.STATES[0]).solution.fields_below(((-0.5, 0.5), 0.4))
     path = mb.Contact(mb.Block(solid, 4.0), mb.Cylinder(R=10.0), mb.Microblock(), mb.Fitted(order=3)).path(
         1.0
     )
     rows |= {
-        "picture points number": len(x1),
+        "picture points number": len(below.x1),
         "picture triangles number": len(triangles),
-        "picture psi": psi @ x1,
-        "picture s22": stress[1, 1] @ x2,
-        "picture s12": stress[0, 1] @ x1,
+        "picture psi": below.psi @ below.x1,
+        "picture s22": below.stress[1, 1] @ below.x2,
+        "picture s12": below.stress[0, 1] @ below.x1,
         "fitted path half_width": path.at(0.5).half_width,
         "fitted path energy": path.at(0.5).energy,
     }
