@@ -135,7 +135,7 @@ class LoadPath(PlainData):
         return self.problem.solve(load=load, rtol=asked, progress=self.progress)
 
     def plot(self, file: Target = None, ax: Axes | None = None) -> Figure:
-        """Returns a figure of the events: their loads over their places.
+        """Returns a figure of the edges of zones over the load and the events; in space of the events alone.
 
         Parameters
         ----------

@@ -120,8 +120,8 @@ class History(PlainData):
         return max(errors, default=None)
 
     def plot(self, file: Target = None, ax: Axes | None = None) -> Figure:
-        """Returns a figure of the last state's shear traction within what friction allows, and of the shear
-        force over the slip of all states.
+        """Returns a figure of the last state's shear traction within what friction allows, of the shear
+        force over the slip of all states, and of the dissipated energy.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Figures of a history of shear within the bounds of friction, and of the events of a path."""
+"""Figure of a history of shear within the bounds of friction."""
 
 from __future__ import annotations
 
@@ -6,24 +6,22 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 
-from ..model.events import LoadPath
 from ..model.intervals import contains
 from ..model.state import State
 from ..model.types import Array, Axes, Figure
 from . import plots, surface_figure
 
-MARKS = {"born": "o", "merged": "^", "split": "v", "vanished": "x"}
-
 
 @plots.styled
 def draw_history(states: Sequence[State], axis: Axes | None) -> Figure:
-    """Returns the figure of a history: shear traction of the last state (a), and the way there (b); of an
-    axis with the way alone.
+    """Returns the figure of a history: shear traction of the last state (a), the way there (b) and the
+    dissipated energy (c); of an axis with the way alone.
     """
     if axis is not None:
         return draw_loop(axis, states)
-    drawing, (tractions, loop) = plots.figure(2, 1)
+    drawing, (tractions, loop, dissipation) = plots.figure(3, 1, height=2.2)
     if not states[-1].flat:
         surface_figure.draw_shear(tractions, states[-1])
         tractions.set_title("")
@@ -34,6 +32,8 @@ def draw_history(states: Sequence[State], axis: Axes | None) -> Figure:
         plots.legend_below(tractions)
     draw_loop(loop, states)
     loop.set_title("(b)  loading path", loc="left")
+    _draw_dissipation(dissipation, states)
+    dissipation.set_title("(c)  dissipation", loc="left")
     return drawing
 
 
@@ -51,7 +51,7 @@ def _draw_tractions(axis: Axes, state: State) -> None:
     axis.plot(x, traction, color=plots.COLOURS[1], label="shear traction $q$")
     axis.plot(x, bound, ":", color="0.4", label=r"friction allows $\pm f p$")
     axis.plot(x, -bound, ":", color="0.4")
-    axis.set(xlabel="$x_1$", ylabel="stress", ylim=(-top, top), xlim=(left - margin, right + margin))
+    axis.set(xlabel="$x_1$ (length)", ylabel="stress", ylim=(-top, top), xlim=(left - margin, right + margin))
 
 
 @plots.styled
@@ -64,8 +64,18 @@ def draw_loop(axis: Axes | None, states: Sequence[State]) -> Figure:
     slips = [_mean_slip(state) @ direction for state in states]
     shears = [_relative_shear(state) @ direction for state in states]
     axis.plot(slips, shears, color=plots.COLOURS[0], marker="o", markevery=[-1])
-    axis.set(xlabel="mean slip, weighted by pressure", ylabel="$Q/(fP)$", ylim=(-1.1, 1.1))
+    axis.set(xlabel="mean slip, weighted by pressure (length)", ylabel="$Q/(fP)$", ylim=(-1.1, 1.1))
     return drawing
+
+
+def _draw_dissipation(axis: Axes, states: Sequence[State]) -> None:
+    """Draws the energy that the steps to each state have dissipated."""
+    dissipated: Any = [state.dissipation for state in states]
+    axis.plot(np.arange(1, len(states) + 1), dissipated, color=plots.COLOURS[2], marker="o")
+    thickness = " per thickness" if states[-1].flat else ""
+    axis.set(xlabel="number of the load", ylabel=f"energy{thickness}")
+    axis.set_ylim(bottom=0)
+    axis.xaxis.set_major_locator(MaxNLocator(integer=True))
 
 
 def _direction(states: Sequence[State]) -> Array:
@@ -86,22 +96,3 @@ def _mean_slip(state: State) -> Array:
 def _relative_shear(state: State) -> Array:
     """Returns Q/(f P) of a state with friction, array (1,) or (2,)."""
     return np.atleast_1d(state.shear / (state.law.friction * state.load))
-
-
-@plots.styled
-def draw_path(path: LoadPath, axis: Axes | None) -> Figure:
-    """Returns the figure of an axis, or a new one, with the events of a path."""
-    drawing, axis = plots.in_place(axis)
-    for kind, zone in dict.fromkeys((event.kind, event.zone) for event in path.events):
-        events = [event for event in path.events if (event.kind, event.zone) == (kind, zone)]
-        axis.errorbar(
-            [event.x for event in events],
-            [event.load for event in events],
-            [event.load_error for event in events],
-            fmt=MARKS[kind],
-            label=f"{zone} {kind}",
-        )
-    axis.set(xlabel="$x_1$ (length)", ylabel="load (force per thickness)", ylim=(0, 1.05 * path.last))
-    if path.events:
-        plots.legend_below(axis)
-    return drawing

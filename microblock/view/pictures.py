@@ -8,8 +8,8 @@ from . import state_figure, surface_figure
 from .below import draw_below as draw_below
 from .blocks import draw_blocks as draw_blocks
 from .history_figure import draw_history as draw_history
-from .history_figure import draw_path as draw_path
 from .identification_figure import draw_identification as draw_identification
+from .path_figure import draw_path as draw_path
 
 
 def draw_state(state: State, axis: Axes | None) -> Figure:
