@@ -452,7 +452,6 @@ def test_pressures_of_three_dimensions_are_known_between_the_points(kind):
     for asked in (
         lambda: state.gap_at(next(iter(state.pressures)), 0.0),
         lambda: state.surface(),
-        lambda: state.plot_below(),
         lambda: state.pressure_at([0.0]),
     ):
         with pytest.raises(mb.BadArgument):
