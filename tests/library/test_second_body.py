@@ -413,6 +413,11 @@ def test_what_a_second_body_cannot_do_is_refused():
         mb.Contact(below, roller, UNILATERAL, mb.Newton()).solve(load=0.1)
     with pytest.raises(mb.BadArgument):
         mb.Contact(below, roller, mb.Unilateral(friction=0.3)).history([(0.1, 0.01)])
+    moved = {"prescribed": {"u3": {"far": 0.01}}}
+    for supports, words in (({"fixed": {}}, "must hold the body"), (moved, "must be empty with")):
+        second = mb.Body(above.mesh, CLASSICAL, 1, contact=above.contact, **{"fixed": above.fixed} | supports)
+        with pytest.raises(mb.BadArgument, match=words):
+            mb.Contact(below, mb.Deformable(second), UNILATERAL).solve(load=0.1)
     with pytest.raises(mb.BadArgument, match="HalfSpace that meets obstacles over a surface|takes a"):
         mb.Contact(mb.HalfSpace(CLASSICAL), roller, UNILATERAL).solve(load=0.1)
 
