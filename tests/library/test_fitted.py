@@ -253,6 +253,16 @@ def test_an_even_obstacle_with_two_valleys_is_that_of_its_height_alone(law):
     assert even.weights @ even.pressure == pytest.approx(1.0, rel=1e-11)
 
 
+@pytest.mark.parametrize("last, reaches", [
+    ((11.8, 12.0), [(0.0, 1.3), (9.7, 12.3)]), ((16.0, 17.0), [(0.0, 1.3), (9.85, 11.15), (15.85, 17.15)])
+])  # fmt: skip
+def test_zones_beside_a_gap_that_is_shorter_have_one_mesh(last, reaches):
+    """Each begins and ends 0.15 of its width beside them, but for the axis."""
+    problem = on_block(HARD, mb.Cylinder(R=10), LINE, 40.0)
+    _, spacings = problem.solver.surface({0: ((0.0, 1.0), (10.0, 11.0), last)})
+    assert [spacing[:2] for spacing in spacings] == [pytest.approx(reach) for reach in reaches]
+
+
 def test_no_contact_is_missed_on_a_square():
     (left, right), (second, last) = on_block(HARD, beside, LINE, 20.0).solve(1.0, rtol=1e-2).zones["contact"]
     assert -0.3 < left < right < 0.3 < 3.7 < second < last < 4.3

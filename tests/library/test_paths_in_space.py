@@ -267,7 +267,7 @@ def test_a_scan_of_nodes_names_places():
 
 
 def test_the_stiffness_below_the_surface_has_its_error():
-    """Three layers of elements are too stiff by 1 %, which pressures alone, of as fine facets, do not tell."""
+    """Three layers of elements are too stiff by 1 %, which pressures, of as fine facets, do not see."""
 
     def wave(x1, x2):
         return HEIGHT * (2 - np.cos(2 * np.pi * x1) - np.cos(2 * np.pi * x2))
