@@ -59,17 +59,16 @@ SMALL = 1e-4  # literals below are thresholds, which 10^4 changes and 2 does not
 EQUIVALENT = {
     ("factor: on_face(self.on_all_corners(values))[self.touch]", ""): "a preconditioner: the same steps",
     ("index: 0 -> 1", "len(body.spaces[0].GetDofNrs(facet))"): "the space of u2 has the orders of that of u1",
-    ("factor: 8 -> 16", "length * (1 / 8 if"): "of multipliers: another number of steps to the same state",
+    ("factor: 24 -> 48", "length * (1 / 24 if"): "of multipliers: another number of steps to the same state",
     ("index: 0 -> 1", "surface[0] -= "): "a preconditioner of rotated blocks: other steps to the same state",
     ("factor: (before.slope + after.slope) / 2 -> ", ""): "of a line search: other steps to the same state",
     ("factor: sines * np.sign(", ""): "the least sine of an angle: no mesh is between",
     ("index: 0 -> 1", "np.array(self.free)[u1]"): "another unknown that holds a free translation",
     ("index: 1 -> 2", "opposite = np.zeros(forces.shape[1:])"): "the shape of zeros that are added alone",
     ("factor: 0 -> 1", "times.max(initial=0)"): "a round that cuts no element",
-    (
-        "factor: np.abs(x2).min() / 20 -> ((np.abs(x2).min() / 20) / 2)",
-        "",
-    ): "finer integrals of the same fields",
+    ("factor: 1 -> 2", "gaps.reshape(len(self.blocks.names), -1)"): "NumPy takes -2 for what is left, as -1",
+    ("compare: 50 * step > 1 -> (50 * step >= 1)", ""): "of real numbers, which are not equal",
+    ("factor: nearest / 20 -> ((nearest / 20) / 2)", ""): "finer integrals of the same fields",
     (
         "factor: (self.high - self.low) / 2 -> ",
         "step = min(",

@@ -157,6 +157,19 @@ def test_what_would_take_too_much_memory_is_not_begun(memory):
     assert "GB of memory would be needed" in plan.refused[0].refusal
 
 
+@pytest.mark.parametrize("far", [2.0, 1000.0])
+@pytest.mark.parametrize("half", [True, False])
+def test_squares_that_need_too_much_memory_are_counted(memory, far, half):
+    """But for a tenth, which the growth of elements beside the equal ones leaves."""
+    ground = meshes.Ground(far=far, reach=(0.0 if half else -1.0, 1.0), half=half)
+    made = meshes.uniform(ground, 0.05).ne
+    memory(1e3)
+    with pytest.raises(mb.BadArgument, match="makes .* elements") as failure:
+        meshes.uniform(ground, 0.05)
+    said = float(str(failure.value).split("makes ")[1].split()[0])
+    assert said == pytest.approx(made, rel=0.1)
+
+
 @pytest.mark.parametrize("gibibytes, chosen", [(19, True), (21, False)])
 def test_20_gibibytes_are_the_most_of_a_method_that_is_chosen(monkeypatch, gibibytes, chosen):
     """Of a usual machine with 24."""
