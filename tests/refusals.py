@@ -265,6 +265,7 @@ CALLS = {
     **{f"PROBLEMS['{kind}'].history": "pairs=[(1, 0)]" for kind in ("rubbed", "rubbed body")},
     **{f"PROBLEMS['{kind}'].with_": "" for kind in ("panels", "condensed", "half-space", "space")},
     **{f"path('{kind}').at": "load=0.1" for kind in ("panels", "fitted", "condensed")},
+    "path('condensed').depths": "loads=[0.1]",
     **{
         f"state('{kind}').pressure_at": "x=0.0"
         for kind in ("panels", "cells", "fitted", "condensed", "rubbed")

@@ -7,13 +7,23 @@ from dataclasses import dataclass
 from functools import cached_property, wraps
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from ..errors import require, require_choice, require_finite, require_kind, require_positive, require_whole
+import numpy as np
+
+from ..errors import (
+    require,
+    require_choice,
+    require_finite,
+    require_kind,
+    require_positive,
+    require_values,
+    require_whole,
+)
 from ..threads import bounded
 from .contact_like import ContactLike
 from .progress import counting
 from .refinement import Usual
 from .results import PlainData, line, number, saved
-from .types import Axes, Figure, Target
+from .types import Array, Axes, Figure, Target
 from .views import pictures
 
 if TYPE_CHECKING:
@@ -133,6 +143,47 @@ class LoadPath(PlainData):
         require_on_path(load, self.last)
         asked = None if isinstance(self.rtol, Usual) else self.rtol
         return self.problem.solve(load=load, rtol=asked, progress=self.progress)
+
+    def depths(self, loads: Sequence[float]) -> Array:
+        """Returns the curve of load over depth: the approaches at loads on the path, of loading and of
+        unloading, in any order. On a half-space rtol is that of the depth (`accuracy`).
+
+        Parameters
+        ----------
+        loads : sequence of float
+            Forces per thickness.
+
+        Returns
+        -------
+        array (n,)
+            Approaches (lengths).
+
+        Raises
+        ------
+        BadArgument
+            If a load is beyond the path, or the body has no approach.
+        NotConverged
+            As `Contact.solve`.
+
+        Examples
+        --------
+        >>> ground = mb.HalfSpace(mb.Elastic(E=100, nu=0.3))
+        >>> path = mb.Contact(ground, mb.Sphere(R=10), mb.Unilateral()).path(load=1.0)
+        >>> path.depths([0.5, 1.0, 0.5]).round(4).tolist()
+        [0.0105, 0.0167, 0.0105]
+        """
+        solver = self.problem.solver
+        words = "has no approach: take a HalfSpace, a Block or a period"
+        require(solver.has_approach, "body", solver.body, words)
+        accuracy = {"accuracy": "depth"} if "depth" in solver.accuracies else {}
+        asked = None if isinstance(self.rtol, Usual) else self.rtol
+        state: State | None = None
+        approaches = []
+        for load in require_values(loads=loads):
+            require_on_path(load, self.last)
+            state = self.problem.solve(load=load, rtol=asked, initial=state, **accuracy)
+            approaches.append(state.approach)
+        return np.array(approaches)
 
     def plot(self, file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of the edges of zones over the load and the events; in space of the events alone.

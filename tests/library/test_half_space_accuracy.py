@@ -117,3 +117,41 @@ def test_estimates_hold(seed):
     assert abs(state.load / load - 1) <= state.error_estimate <= 1e-2
     state = problem.solve(load=load, accuracy="stiffness", rtol=3e-2)
     assert abs(state.stiffness / stiffness - 1) <= state.error_estimate <= 3e-2
+
+
+def test_depths_of_loading_and_unloading():
+    """Hertz, d ~ P^(2/3), to the estimate of 1e-3; without friction the way back is the same."""
+    solid = mb.Elastic(E=100, nu=0.3)
+    path = mb.Contact(mb.HalfSpace(solid), mb.Sphere(R=10), mb.Unilateral()).path(load=1.0, rtol=1e-3)
+    loads = np.array([0.1, 1.0, 0.1])
+    hertz = (9 * loads**2 / (16 * 10 * (100 / 0.91) ** 2)) ** (1 / 3)
+    assert path.depths(loads) == pytest.approx(hertz, rel=1e-3)
+    flat = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Unilateral()).path(load=1.0)
+    with pytest.raises(mb.BadArgument, match="body = .*has no approach"):
+        flat.depths(loads)
+
+
+def test_the_depth_is_far_cheaper_than_the_pressure():
+    """And plan, state, file and refusals say what an estimate is of."""
+    problem = mb.Contact(mb.HalfSpace(mb.Elastic(E=100, nu=0.3)), mb.Sphere(R=10), mb.Unilateral())
+    state = problem.solve(load=1.0, rtol=1e-4, accuracy="depth")
+    with pytest.raises(mb.NotConverged):
+        problem.with_(method=mb.Cells(window=(-1, 1))).solve(load=1.0, rtol=1e-4)
+    assert state.unknowns <= 256**2 and "of the depth" in repr(state) and "of the depth" in state.caption
+    costs = [problem.plan(load=1.0, rtol=1e-2, accuracy=name) for name in ("depth", "pressure")]
+    assert costs[0].candidates[0].cost.seconds < costs[1].candidates[0].cost.seconds
+    assert costs[0].candidates[0].solver.accuracy == "depth"
+    fixed = problem.with_(method=mb.Cells(nodes=64))
+    assert fixed.solve(load=1.0, accuracy="load").error_estimate < fixed.solve(load=1.0).error_estimate / 10
+    flat = mb.Contact(mb.HalfPlane(problem.solid), mb.Cylinder(R=10), mb.Unilateral())
+    with pytest.raises(
+        mb.BadArgument, match="accuracy = 'load': is estimated by Cells.. on a HalfSpace alone"
+    ):
+        flat.solve(load=1.0, accuracy="load")
+
+
+def test_a_file_keeps_what_the_estimate_is_of(tmp_path):
+    problem = mb.Contact(mb.HalfSpace(mb.Elastic(E=100, nu=0.3)), mb.Sphere(R=10), mb.Unilateral())
+    state = problem.with_(method=mb.Cells(nodes=32)).solve(load=1.0, accuracy="stiffness")
+    state.save(tmp_path / "state.npz")
+    assert mb.load(tmp_path / "state.npz").to_dict()["accuracy"] == state.accuracy == "stiffness"

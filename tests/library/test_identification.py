@@ -7,6 +7,8 @@ import pytest
 from scipy import stats
 
 import microblock as mb
+from cases import identified
+from cases.benchmarks import identification
 from microblock.data import likelihood
 
 SOLID = mb.Cosserat(E=100, nu=0.3, ell=0.085, beta=1)
@@ -168,3 +170,33 @@ GOOD = {"load": LOADS, "half_width": 0.35 * LOADS**0.5}
 def test_bad_data_are_refused_by_name(words, data, options):
     with pytest.raises(mb.BadArgument, match=words):
         mb.identify(line(SOLID), data, **{"free": ("E", "ell")} | options)
+
+
+@pytest.mark.slow
+def test_a_second_cylinder_determines_the_side_of_a_block():
+    results = identified.solve(loads=3, scatter=0.004)
+    alone, both = (np.ptp(results[name].intervals["ell"]) for name in ("large cylinder", "both"))
+    assert both < alone / 4 and all(results["both"].determined.values())
+    low, high = results["both"].intervals["ell"]
+    assert low < 0.085 < high and len(identified.figure(results).axes) == 2
+
+
+# --- how often intervals have the true value
+
+
+class Hertz(identification.Table):
+    """A table without the microblocks: half-widths of Hertz."""
+
+    def __init__(self):
+        pass
+
+    def __call__(self, alpha, eta):
+        return 1 + 0 * alpha, 0 * alpha, 0 * alpha
+
+
+def test_the_study_of_coverage_on_a_table_of_hertz():
+    """200 sets: 95 % and three standard deviations of 1.5 %; ell acts on nothing, and is undetermined."""
+    (by_E,) = identification.covered(Hertz(), ("E",), 0.01, True, 200, seed=1)
+    assert by_E["determined"] == 200 and abs(by_E["coverage"] - 0.95) < 0.046
+    _, by_ell = identification.covered(Hertz(), ("E", "ell"), 0.01, False, 3, seed=1)
+    assert by_ell["determined"] == 0
