@@ -223,7 +223,8 @@ def _gradient_step_on_discs(
         change = trial_forces - point.forces
         length = float((change**2).sum())
         if np.abs(change).max() <= AT_RIM * problem.discs.radii.max():
-            return point, problem.unit_step
+            # rounding below a rim a node would count as one that sticks
+            return _Point(trial_forces, point.gradient), problem.unit_step
         trial = _at(problem, trial_forces)
         curvature = float((change * (trial.gradient - point.gradient)).sum())
         step = length / curvature if curvature > 0 else 2 * alpha

@@ -145,10 +145,13 @@ def _surface(solution: Any, boundary: PlaneBoundary | SpaceBoundary, averaged: S
     values = _tractions(solution.fields, averaged)(mesh.MapToAllElements(rules, nodes.region))
     traction, couple, normals, force = np.split(values.reshape(-1, 10).T, (1, 4, 7))
     recovered = [traction, boundary.along_sides(couple, normals)]
+    surface = boundary.nodal @ basis.T
     friction = solution.solver.law.friction
     if friction:
-        recovered.append(boundary.along_sides(force, normals) / friction)
-    surface = boundary.nodal @ basis.T
+        shear = boundary.along_sides(force, normals) / friction
+        # the true one is within p: what is nearest there is nearer to it
+        sizes = np.maximum(np.hypot(*shear), np.finfo(float).tiny)
+        recovered.append(shear * np.clip(surface[0] / sizes, 0.0, 1.0))
     differences = (surface - np.vstack(recovered)) ** 2
     parts = np.split(differences, np.cumsum([len(part) for part in recovered])[:-1])
     beyond = boundary.beyond_ends(places, normals, solution.pressures @ basis.T)

@@ -152,6 +152,18 @@ def test_projections_onto_discs_have_the_resultant():
             assert np.sum((values - forces) * (other - forces)) < 1e-7
 
 
+def test_few_discs_have_their_resultant():
+    """Of one to four discs all but one, or all, are soon at their rims: Newton's method then knows no way."""
+    random = np.random.default_rng(0)
+    for _ in range(300):
+        radii = random.uniform(0.2, 1.0, random.integers(1, 5))
+        resultant = random.choice((0, 0.5, 0.99)) * radii.sum() * np.array((0.6, -0.8))
+        values = random.normal(size=(2, len(radii))) * 10 ** random.uniform(-1, 3)
+        forces = Discs(radii, resultant).project(values)
+        assert forces.sum(axis=1) == pytest.approx(resultant, abs=1e-9 * radii.sum())
+        assert np.all(np.hypot(*forces) <= radii * (1 + 1e-9))
+
+
 def test_increments_grow_by_equal_radii_and_halve_with_the_cells():
     """By hand: cube roots of P; an eighth of the cells at one P; the last is the end itself."""
     leg = increments(np.zeros(3), np.array((8.0, 1.0, 2.0)), 8.0, 16)

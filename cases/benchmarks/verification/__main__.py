@@ -9,12 +9,25 @@ scales                     200 problems of every kind in four systems of units
 doors                      300 obstacles as users hand them over
 named                      200 states on discretisations that are named
 bodies_in_space            100 contacts of bodies on meshes in space
+friction_in_space          30 histories of bodies on meshes in space
 """
 
 import argparse
 from functools import partial
 
-from . import SEED, doors, friction, judging, lines, named, scales, scenes_in_space, shapes, space_problems
+from . import (
+    SEED,
+    doors,
+    friction,
+    friction_in_space,
+    judging,
+    lines,
+    named,
+    scales,
+    scenes_in_space,
+    shapes,
+    space_problems,
+)
 
 SETS = {
     **dict.fromkeys(lines.METHODS, 60),
@@ -26,6 +39,7 @@ SETS = {
     "doors": 300,
     "named": 200,
     "bodies_in_space": 100,
+    "friction_in_space": 30,
 }
 
 
@@ -41,6 +55,7 @@ def cases(name, numbers, seed=SEED, rtol=1e-3):
         "doors": doors.case,
         "named": named.case,
         "bodies_in_space": scenes_in_space.case,
+        "friction_in_space": friction_in_space.case,
     }
     for k in numbers:
         yield k, makers[name](k)
