@@ -34,7 +34,8 @@ extensions = [
     "mathml",  # beside this file, in _ext
     "pages",
 ]
-exclude_patterns = ["description.md", "gallery/**/*.ipynb"]  # the package index's, and downloads
+# of the package index, of a journal, and downloads
+exclude_patterns = ["description.md", "paper/*", "gallery/**/*.ipynb"]
 
 html_theme = "furo"
 html_title = f"microblock {release}"
