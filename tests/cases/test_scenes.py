@@ -8,7 +8,19 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from cases import friction, friction3d, own_mesh, punch3d, rough, rough3d, samples, sphere, two_bodies, wave
+from cases import (
+    friction,
+    friction3d,
+    own_mesh,
+    punch3d,
+    roller,
+    rough,
+    rough3d,
+    samples,
+    sphere,
+    two_bodies,
+    wave,
+)
 from cases.__main__ import main
 from cases.closed_forms import ThinLayer
 from microblock.halfplane.kernels import plane_symbol
@@ -275,3 +287,20 @@ def test_the_command_is_cattaneo_and_mindlin_for_small_blocks_and_equal_bodies(s
     # in closed form f^2/2 of P a_Hz^2/R
     assert last["dissipation"] - full["dissipation"] == pytest.approx(0.3**2 / 2, rel=5e-3)
     assert main(["tangential", "--second", "soft"]) == 2 and "--second" in capsys.readouterr().err
+
+
+# --- a roller with ends
+
+
+def test_lundbergs_profile_makes_the_line_load_even():
+    result = roller.solve(cells=96)
+    x2, straight = roller.line_load(result["straight"])
+    _, even = roller.line_load(result["Lundberg"])
+    inside = np.abs(x2) < 0.9 * 6
+    # the profile is that of a long roller, whose length is 12 half-widths here: it leaves 3 %
+    assert even[inside] == pytest.approx(1.0, abs=0.04)
+    assert straight.max() > 2.5 and straight[inside].min() < 0.9
+    _, blocks = roller.line_load(result["straight, microblocks"])
+    # a side of a block lies between the two peaks; the first one is half a block beyond the end
+    peaks = x2[1:-1][(np.diff(blocks)[:-1] > 0) & (np.diff(blocks)[1:] < 0) & (x2[1:-1] > 5)]
+    assert peaks == pytest.approx([5.75, 6.25], abs=0.15)  # one cell
