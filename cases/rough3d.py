@@ -6,7 +6,8 @@ blocks have one corner.
 
 At small pressures a classical half-space touches in proportion to the mean pressure :math:`p_0`, with
 :math:`\\kappa` from :math:`\\sqrt{8/\\pi}` (Persson) to :math:`\\sqrt{2\\pi}` (Bush, Gibson and Thomas).
-These theories know nothing of blocks.
+These theories know nothing of blocks. The bearing area, of all that overlaps at the same mean separation of
+the surfaces, is twice the real one at small pressures and falls below it at large ones.
 
 :Geometry:  half-space :math:`x_3 < 0`, one period of a rigid self-affine surface; blocks are cubes
 :Equations: (10)-(17) in the half-space, gaps of four corners, conditions (26) on each of them
@@ -20,6 +21,7 @@ import math
 
 import matplotlib.pyplot as plt
 import numpy as np
+from scipy import special
 
 import microblock as mb
 from cases.sphere import draw_corners
@@ -61,14 +63,25 @@ def fraction(state):
     return float(touches.mean() - (math.pi - 1 + math.log(2)) / 24 * sides)
 
 
+def overlap(state):
+    """Fraction of the surface that the undeformed obstacle overlaps at the mean separation of a state."""
+    heights = state.problem.obstacle.height(state.x1, state.x2)
+    return float(np.mean(heights < state.approach))
+
+
 def figure(states):
     """Corners that touch at the last load (a); the fraction that touches over the pressure (b)."""
-    drawing, (above, below) = plt.subplots(2, 1, figsize=(3.54, 4.8), layout="constrained")
+    drawing, (above, below) = plt.subplots(2, 1, figsize=(3.54, 5.2), layout="constrained")
     draw_corners(above, states["microblock"][-1], 1.0)
     above.set(xlabel=r"$x_1$ over the period", ylabel=r"$x_2$ over the period")
     for look, (name, solved) in zip(("o-", ".--", "s-"), states.items()):
         loads = [state.load for state in solved]
         below.semilogx(loads, [fraction(state) / state.load for state in solved], look, label=name)
+    bearing = [overlap(state) / state.load for state in states["classical"]]
+    below.semilogx(loads, bearing, ":", color="0.4", label="bearing area")
+    pressures = np.geomspace(loads[0], loads[-1], 50)
+    persson = special.erf(math.sqrt(2) * pressures) / pressures
+    below.semilogx(pressures, persson, color="0.4", label="Persson's theory")
     below.set(
         xlabel=r"mean pressure $p_0/(E^* h')$",
         ylabel=r"$\kappa = (A/A_0)\,E^* h'/p_0$",
@@ -76,7 +89,7 @@ def figure(states):
         xticklabels=np.round(loads, 3),
     )
     below.minorticks_off()
-    below.legend()
+    drawing.legend(loc="outside lower center", ncols=2)
     return drawing
 
 
