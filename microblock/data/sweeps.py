@@ -4,7 +4,10 @@ The folder has a file a point (JSON), which is used again while function, point 
 process had loaded are the same.
 """
 
+from __future__ import annotations
+
 import json
+import math
 import os
 import pickle
 import time
@@ -15,6 +18,7 @@ from functools import cache, partial
 from importlib import import_module
 from itertools import product
 from multiprocessing import get_context
+from numbers import Real
 from pathlib import Path
 from typing import Any, TypeAlias
 from unittest.mock import patch
@@ -28,18 +32,67 @@ from ..errors import (
     NotConverged,
     made_folder,
     require,
+    require_choice,
     require_flag,
     require_kind,
     require_values,
     require_whole,
 )
 from ..model.progress import counted, counting
+from ..model.results import saved
+from ..model.types import Axes, Figure, Target
+from ..model.views import pictures
 from .provenance import digest, loaded, made_of
 from .records import write_text
 
 Key: TypeAlias = int | str  # the place of a point, or the digest of its call
 Point: TypeAlias = dict[str, Any]
 Record: TypeAlias = dict[str, Any]  # answer, error, seconds, modules, and the point
+
+
+class Rows(list[dict[str, Any]]):
+    """The rows of a sweep, a dict a point.
+
+    Attributes
+    ----------
+    arguments : tuple of str
+        Columns that are arguments of the function.
+    """
+
+    def __init__(self, rows: Iterable[dict[str, Any]], arguments: Iterable[str]) -> None:
+        super().__init__(rows)
+        self.arguments = tuple(arguments)
+
+    def plot(self, x: str, y: str, file: Target = None, ax: Axes | None = None) -> Figure:
+        """Returns a figure of a column over another one, a curve for each value of the other arguments.
+
+        Parameters
+        ----------
+        x, y : str
+            Names of columns; rows of failed points, or without a finite number in both, are left out.
+        file : str or Path, optional
+            File of the figure (PNG, PDF or SVG, by its ending).
+        ax : matplotlib.axes.Axes, optional
+            Where to draw, for a scale or labels of your own.
+
+        Raises
+        ------
+        BadArgument
+            If there is no such column, or no row with numbers in both.
+        """
+        for name, column in (("x", x), ("y", y)):
+            require_choice(tuple(self[0]) if self else (), **{name: column})
+        shown = [row for row in self if _is_number(row[x]) and _is_number(row[y])]
+        require(bool(shown), "y", y, f"has no number in a row with one of {x}")
+        others = [name for name in self.arguments if name not in (x, y)]
+        left_out = len(self) - len(shown)
+        warnings = [f"{left_out} of {len(self)} points have no numbers to draw"] if left_out else []
+        return saved(pictures().draw_rows(shown, x, y, others, ax), file, ax, warnings)
+
+
+def _is_number(value: object) -> bool:
+    """Returns whether a value is a finite number."""
+    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def sweep(
@@ -50,7 +103,7 @@ def sweep(
     workers: int | None = None,
     records: str | os.PathLike[str] | None = None,
     quiet: bool = False,
-) -> list[dict[str, Any]]:
+) -> Rows:
     """Call ``function(**point)`` at each point, in parallel; a point that fails does not stop the others.
 
     Parameters
@@ -76,9 +129,10 @@ def sweep(
 
     Returns
     -------
-    list of dict
-        A row a point, in their order: {argument: value, ..., answer: value, ..., "seconds": float, "error":
-        None or "type of error: message"}, all with the same columns.
+    Rows
+        A list with a dict a point, in their order: {argument: value, ..., answer: value, ..., "seconds":
+        float, "error": None or "type of error: message"}, all with the same columns; its `plot` draws an
+        answer over an argument.
 
     Raises
     ------
@@ -248,14 +302,15 @@ def _text(failure: BaseException) -> str:
     return f"{type(failure).__name__}: {' '.join(str(failure).split())}"
 
 
-def _rows(points: Sequence[Point], records: Sequence[Record]) -> list[dict[str, Any]]:
+def _rows(points: Sequence[Point], records: Sequence[Record]) -> Rows:
     """Returns a row a point, all with the columns of all."""
     rows = [point | (record["answer"] or {}) for point, record in zip(points, records)]
     columns: dict[str, Any] = dict.fromkeys(name for row in rows for name in row)
-    return [
+    complete = [
         columns | row | {"seconds": record["seconds"], "error": record["error"]}
         for row, record in zip(rows, records)
     ]
+    return Rows(complete, dict.fromkeys(name for point in points for name in point))
 
 
 def _recorded(folder: Path, keys: Sequence[Key], quiet: bool) -> dict[Key, Record]:

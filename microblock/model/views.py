@@ -23,6 +23,10 @@ class Pictures(Protocol):
 
     def draw_identification(self, result: Any, ax: Axes | None, /) -> Figure: ...
 
+    def draw_rows(
+        self, rows: Sequence[dict[str, Any]], x: str, y: str, others: Sequence[str], ax: Axes | None, /
+    ) -> Figure: ...
+
 
 class Tables(Protocol):
     """Results as labelled data sets."""

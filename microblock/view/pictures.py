@@ -10,6 +10,7 @@ from .blocks import draw_blocks as draw_blocks
 from .history_figure import draw_history as draw_history
 from .identification_figure import draw_identification as draw_identification
 from .path_figure import draw_path as draw_path
+from .sweep_figure import draw_rows as draw_rows
 
 
 def draw_state(state: State, axis: Axes | None) -> Figure:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -191,3 +192,19 @@ def test_code_is_told_by_its_files_and_packages_by_their_versions(tmp_path, monk
             patch.syspath_prepend(tmp_path / folder)
             digests.append(made_of("studied_here"))
     assert digests[0] == digests[1] != digests[2] and digests[0] is not None
+
+
+def test_rows_are_drawn_a_curve_for_each_value_of_other_arguments(tmp_path):
+    def ratio(a, b):
+        return a / b  # fails at b = 0
+
+    rows = mb.sweep(ratio, {"a": (2, 1), "b": (0, 2, 4)}, executor=ThreadPoolExecutor(), quiet=True)
+    axis = rows.plot("a", "value", tmp_path / "rows.png").axes[0]
+    curves = {line.get_label(): line.get_xydata().tolist() for line in axis.lines}
+    assert curves == {"b = 2": [[1, 0.5], [2, 1.0]], "b = 4": [[1, 0.25], [2, 0.5]]}
+    assert "2 of 6 points" in axis.figure.get_suptitle() and (tmp_path / "rows.png").exists()
+    with pytest.raises(mb.BadArgument, match="y = 'c': must be"):
+        rows.plot("a", "c")
+    with pytest.raises(mb.BadArgument, match="no number"):
+        rows.plot("a", "error")
+    assert pickle.loads(pickle.dumps(rows)).arguments == ("a", "b")
