@@ -86,9 +86,8 @@ def fit(model: Model, bounds: tuple[Array, Array], level: float, scatter_is_know
 
     Raises the error of the model at x = 0, and NotConverged if smaller misfits are found again and again.
     """
-    misfit = Misfit(model, bounds)
     x = np.zeros(len(bounds[0]))
-    model(x)  # which raises its error
+    misfit = Misfit(model, bounds, x)
     for _ in range(ROUNDS):
         x, least = misfit.least(x)
         derivatives = misfit.at(x)[1]
@@ -123,10 +122,10 @@ class Misfit:
 
     threshold = 0.0
 
-    def __init__(self, model: Model, bounds: tuple[Array, Array]) -> None:
+    def __init__(self, model: Model, bounds: tuple[Array, Array], first: Array) -> None:
         self.model = model
         self.bounds = bounds
-        self._known: dict[bytes, tuple[Array, Array]] = {}
+        self._known = {first.tobytes(): model(first)}  # which raises its error
 
     def at(self, x: Array) -> tuple[Array, Array]:
         """Returns residuals and derivatives at x, array (p,)."""

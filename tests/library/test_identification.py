@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy import stats
 
@@ -124,22 +125,23 @@ def test_what_the_data_leave_open_has_one_sided_bounds():
 
 
 @pytest.mark.nightly
-def test_depths_of_a_half_space_and_two_spheres():
-    """Hertz: d ~ E*^(-2/3); 64 cells miss 2e-4 of the depth. The areas are read to half a cell, as said."""
-    spheres = [
-        mb.Contact(mb.HalfSpace(ELASTIC), mb.Sphere(R=R), mb.Unilateral(), mb.Cells(nodes=64))
-        for R in (5, 10)
-    ]
-    depths = [(9 * LOADS**2 / (16 * R * (100 / 0.91) ** 2)) ** (1 / 3) for R in (5, 10)]
-    data = [{"load": LOADS, "depth": depth} for depth in depths]
+def test_depths_and_areas_of_half_spaces():
+    """Hertz, d ~ (1/R)^(1/3) E*^(-2/3): 32 cells miss 3e-4 of the depth. Areas are read to half a cell, as a
+    warning says: 5 % of E here.
+    """
+    cells = mb.Cells(nodes=32)
+    spheres = [mb.Contact(mb.HalfSpace(ELASTIC), mb.Sphere(R=R), mb.Unilateral(), cells) for R in (5, 10)]
+    loads = LOADS[:2]
+    depths = [(9 * loads**2 / (16 * R * (100 / 0.91) ** 2)) ** (1 / 3) for R in (5, 10)]
+    data = [{"load": loads, "depth": depth} for depth in depths]
     result = mb.identify(spheres, data, ["E"], sigma=[0.01 * depth for depth in depths])
-    assert result.values["E"] == pytest.approx(100, rel=1e-3) and result.warnings == []
-    # an error of 1 % of six depths is one of 1.5/sqrt(6) % of E
+    assert result.values["E"] == pytest.approx(100, rel=2e-3) and result.warnings == []
+    # an error of 1 % of four depths is one of 1.5/2 % of E
     half = (result.intervals["E"][1] - result.intervals["E"][0]) / 2
-    assert half == pytest.approx(1.96 * 1.5 / math.sqrt(6), rel=2e-2)
+    assert half == pytest.approx(1.96 * 1.5 / 2, rel=2e-2)
     area = math.pi * 10 * depths[1]
-    by_area = mb.identify(spheres[1], {"load": LOADS, "area": area}, ["E"], sigma=0.01 * area)
-    assert by_area.values["E"] == pytest.approx(100, rel=2e-2)
+    by_area = mb.identify(spheres[1], {"load": loads, "area": area}, ["E"], sigma=0.05 * area)
+    assert by_area.values["E"] == pytest.approx(100, rel=5e-2)
     assert "cells leave predictions uncertain" in by_area.warnings[0]
 
 
@@ -182,6 +184,14 @@ def test_a_second_cylinder_determines_the_side_of_a_block():
 
 
 # --- how often intervals have the true value
+
+
+def test_intervals_have_the_true_value_as_often_as_they_say():
+    """Of 1 000 sets 95 % and three standard deviations of 0.7 %."""
+    runs = pd.read_csv(identification.RECORD)
+    assert (runs.sets == 1000).all() and runs["all"].between(0.93, 0.97).all()
+    determined = runs[runs.determined > 0.99 * runs.sets]
+    assert determined.coverage.between(0.93, 0.97).all() and {*determined.modulus} == {"E", "ell", "beta"}
 
 
 class Hertz(identification.Table):
