@@ -290,6 +290,14 @@ def disc(x, y):
 # --- contacts are seen
 
 
+@pytest.mark.parametrize("place", [(0.0, 0.0), (3.0, -1.0)])
+def test_samples_are_dense_about_the_contact_wherever_it_is(place):
+    """15 000 lie where it could touch; 60 were seen of squares about another place."""
+    candidates = on_unit_solid(summits((*place, 0.0))).solver.candidates(0.1, None, None)
+    assert candidates.lowest[:2] == pytest.approx(place)
+    assert len(candidates.samples_below(candidates.bound)) > 5000
+
+
 SQUARE = mb.FlatPunch(1.0, face="square")
 
 

@@ -411,6 +411,19 @@ def test_blocks_keep_the_digits_of_a_small_rotation():
     assert Blocks(halved, 0.1).tilt(x)[0] == pytest.approx([0.3, 0.3], rel=1e-15)
 
 
+class WithoutAxis:
+    even = True
+
+    def height(self, x1):
+        return np.where(x1 == 0, np.nan, x1**2 / 20)
+
+
+def test_an_obstacle_that_says_that_it_is_even_is_looked_at_on_its_axis():
+    """No cell of 64 lies there."""
+    with pytest.raises(mb.BadArgument, match="nan at x = 0"):
+        mb.Contact(mb.HalfPlane(SOLID), WithoutAxis(), LINE, mb.Cells(64, window=(-1, 1)))
+
+
 def test_a_law_that_says_that_it_is_uniform_is_looked_at():
     class Growing(Corners):
         uniform = True
