@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
+from cases.benchmarks.verification import fields_below, judging
 from microblock.contact_solvers.fft_compliance import Grid
 from microblock.halfplane.subsurface import HalfPlaneBelow
 from microblock.halfplane.surface_loads import cell_loads
@@ -361,6 +362,26 @@ def test_a_peak_without_a_bound_or_of_another_name_is_refused():
         wedge.peak("stress")
 
 
+def test_the_peak_below_two_rollers_is_that_of_the_stiffer_one():
+    """No point of a fine grid has more; the softer roller carries more, but with a smaller pressure."""
+
+    def height(x):
+        return np.minimum((x + 0.6) ** 2 / 20, (x - 0.7) ** 2 / 2 + 0.004)
+
+    obstacle = mb.Obstacle(height, kinks=(0.1,))
+    solved = mb.Contact(mb.HalfPlane(CLASSICAL), obstacle, mb.Unilateral(), mb.Cells(nodes=1024)).solve(
+        load=1.5
+    )
+    assert len(solved.zones["contact"]) == 2
+    peak = solved.peak("von_mises")
+    x1, x2 = np.linspace(-1.1, 0.9, 101), -np.linspace(0.02, 0.5, 49)[:, None]
+    grid = solved.fields(x1, x2).von_mises
+    assert peak.value > grid.max()
+    place = np.unravel_index(grid.argmax(), grid.shape)
+    assert peak.place == pytest.approx((x1[place[1]], x2[place[0], 0]), abs=0.02)
+    assert peak.place[0] > 0.6
+
+
 def test_cells_have_the_fields_of_panels_down_to_their_width():
     """Under blocks, at depths of half a cell and more; pressures of 1024 cells are off by 1e-5 to 1e-4."""
     on_panels = mb.Contact(LINE, CYLINDER, mb.Microblock()).solve(load=1.0, rtol=1e-6)
@@ -371,6 +392,15 @@ def test_cells_have_the_fields_of_panels_down_to_their_width():
         for name in ("psi", "stress", "couple_stress"):
             exact = getattr(expected, name)
             assert getattr(at, name) == pytest.approx(exact, abs=close * np.abs(exact).max()), (depth, name)
+
+
+@pytest.mark.parametrize("k", [0, 1, *(pytest.param(k, marks=pytest.mark.nightly) for k in range(2, 20))])
+def test_fields_are_those_of_finite_elements(k):
+    """200 points in 20 states: 2e-3 on a line, 3e-2 in space; panels and cells here, those in space take
+    half a minute.
+    """
+    row = judging.outcome(fields_below.case(k), seconds=200)
+    assert row["class"] == "right", row
 
 
 @pytest.mark.parametrize("name", ["period", "friction on panels", "second half-space"])

@@ -10,6 +10,7 @@ doors                      300 obstacles as users hand them over
 named                      200 states on discretisations that are named
 bodies_in_space            100 contacts of bodies on meshes in space
 friction_in_space          30 histories of bodies on meshes in space
+fields                     20 states, 10 points below each
 """
 
 import argparse
@@ -18,6 +19,7 @@ from functools import partial
 from . import (
     SEED,
     doors,
+    fields_below,
     friction,
     friction_in_space,
     judging,
@@ -40,6 +42,7 @@ SETS = {
     "named": 200,
     "bodies_in_space": 100,
     "friction_in_space": 30,
+    "fields": 20,
 }
 
 
@@ -56,6 +59,7 @@ def cases(name, numbers, seed=SEED, rtol=1e-3):
         "named": named.case,
         "bodies_in_space": scenes_in_space.case,
         "friction_in_space": friction_in_space.case,
+        "fields": fields_below.case,
     }
     for k in numbers:
         yield k, makers[name](k)
