@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
+from cases.benchmarks.verification import friction_in_space, judging
 from microblock.data.records import read_records
 from microblock.fem import friction3d, meshes, meshes3d, recovery
 from microblock.fem.friction3d import SurfaceFriction
@@ -230,3 +231,9 @@ def test_what_is_out_of_scope_is_said():
     tilted = mb.Body(slope, SOLID, order=1, fixed="bottom")
     with pytest.raises(mb.BadArgument, match="must be level"):
         mb.Contact(tilted, SPHERE, POINTS).history([(1, 0, 0)])
+
+
+@pytest.mark.parametrize("k", [3, *(pytest.param(k, marks=pytest.mark.nightly) for k in range(30) if k != 3)])
+def test_drawn_histories_are_right_or_warned(k):
+    row = judging.outcome(friction_in_space.case(k), 300)
+    assert row["class"] in ("right", "warned"), row
