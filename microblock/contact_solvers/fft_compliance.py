@@ -318,20 +318,13 @@ class Flexibility(MatrixFree):
         return self.twist is not None
 
     def settled(self, forces: Array, g0: Array, slope: Array) -> Array:
-        """Returns forces with the same resultants and the least work on the initial gaps: "--" or "++" of a
-        block is open where g0-- - g0-+ - g0+- + g0++ > 0, forces have the least norm where that is 0. On a
-        second body the forces 1, -1, -1, 1 take a step down the slope.
+        """Returns forces of `with_least_work`; on a second body the forces 1, -1, -1, 1 take a step down the
+        slope.
         """
-        if len(forces) != len(TWIST_MODE):
-            return forces
-        with np.errstate(invalid="ignore"):
-            work = np.tensordot(TWIST_MODE, g0, 1)
-        all_touch = np.isfinite(work)
-        if self.twist is not None:
-            return twisted(forces, -np.tensordot(TWIST_MODE, slope, 1) / (16 * self.twist), all_touch)
-        rounding = EPS_PIVOT * np.abs(g0[:, all_touch]).max(initial=0.0)
-        amplitude = np.where(np.abs(work) > rounding, -np.copysign(np.inf, work), of_least_norm(forces))
-        return twisted(forces, amplitude, all_touch)
+        if self.twist is None or len(forces) != len(TWIST_MODE):
+            return with_least_work(forces, g0)
+        all_touch = np.asarray(np.isfinite(g0).all(axis=0))
+        return twisted(forces, -np.tensordot(TWIST_MODE, slope, 1) / (16 * self.twist), all_touch)
 
 
 class Product(Protocol):
@@ -412,6 +405,21 @@ class CellFlexibility(Flexibility):
         D = np.diag(self._short)
         E = rows * face[:, None]
         return np.asarray(D @ E.T @ np.linalg.pinv(E @ D @ E.T))
+
+
+def with_least_work(forces: Array, g0: Array) -> Array:
+    """Returns forces with the same resultants and the least work on the initial gaps, arrays (corners, ...):
+    "--" or "++" of a block is open where g0-- - g0-+ - g0+- + g0++ > 0, forces have the least norm where that
+    is 0.
+    """
+    if len(forces) != len(TWIST_MODE):
+        return forces
+    with np.errstate(invalid="ignore"):
+        work = np.tensordot(TWIST_MODE, g0, 1)
+    all_touch = np.isfinite(work)
+    rounding = EPS_PIVOT * np.abs(g0[:, all_touch]).max(initial=0.0)
+    amplitude = np.where(np.abs(work) > rounding, -np.copysign(np.inf, work), of_least_norm(forces))
+    return twisted(forces, amplitude, all_touch)
 
 
 def of_least_norm(forces: Array) -> Array:

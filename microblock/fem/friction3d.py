@@ -16,6 +16,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.sparse import vstack
 
+from ..contact_solvers.fft_compliance import with_least_work
 from ..contact_solvers.friction_increments import RESIDUAL, FrictionIncrements, Increment, SlidingSolution
 from ..contact_solvers.projected_gradients import MatrixFree
 from ..errors import require
@@ -129,6 +130,9 @@ class NodeFaces(MatrixFree):
             return np.einsum("nic,in->cn", self._back, self._normal_inverse(surface).reshape(shape))
 
         return precondition
+
+    def settled(self, forces: Array, g0: Array, slope: Array) -> Array:
+        return with_least_work(forces, g0)
 
     @cached_property
     def _normal_inverse(self) -> Callable[[Array], Array]:

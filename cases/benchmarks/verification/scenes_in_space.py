@@ -535,7 +535,7 @@ def refusal(rng, number):
             "a rotation about x3 free",
         ),
         ("u3 free", partial(solve, tets, solid, fixed={"u1": "bottom", "u2": "bottom"}, load=0.1), "u3"),
-        ("blocks of Elastic", partial(solve, tets, solid, mb.Microblock(), load=0.1), "ell"),
+        ("blocks of Elastic", partial(solve, tets, solid, mb.Microblock(), load=0.1), "without blocks"),
         (
             "nowhere over the body",
             partial(solve, tets, solid, obstacle=lambda x, y: np.where(x > 9, 0.0, np.inf) + 0 * y, load=0.1),
