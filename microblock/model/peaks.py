@@ -21,16 +21,22 @@ SUMMITS = 12  # places of the largest pressures, which they have besides
 DEPTHS = np.append(0.0, np.geomspace(1e-3, 1.0, 14))  # first depths over the extent of the contact
 ROUGHLY = 3e-3  # of the extent, to which the places of rivals are sought
 CLOSE = 1e-5  # of the extent, to which a place is sought
-DECADE = 1e-6, 1e-7  # of the extent, distances between which what has a bound rises by less than UNBOUNDED
-UNBOUNDED = 5e-3  # of the largest pressure
+# of the extent: from the first to the second a logarithm rises as from the second to the third, a cusp by 0.3
+# of it; closer the error of an edge shows
+DECADES = 1e-4, 1e-5, 1e-6
+LIKE_LOGARITHM = 0.7
+UNBOUNDED = 5e-3  # of the largest pressure, a rise that counts
 NO_BOUND = "has no bound there: the obstacle has an edge or a tip"
 
 
 class Peak(NamedTuple):
-    """The largest value of a quantity, and its place: x1, x2, in space x3."""
+    """The largest value of a quantity, its place, x1 and x2, in space x3, and whether it is resolved: not if
+    the search ended below cells, half a cell from the surface, above which there may be more.
+    """
 
     value: float
     place: tuple[float, ...]
+    resolved: bool = True
 
 
 def peak(state: Any, quantity: str) -> Peak:
@@ -45,9 +51,9 @@ def peak(state: Any, quantity: str) -> Peak:
         best = int(np.argmax(state.pressure))
         return Peak(float(state.pressure[best]), tuple(state.points[best].tolist()))
     value, place = _of_pressure(state)
-    beside = place[0] + float(np.ptp(state.zones["contact"])) * np.multiply.outer(DECADE, (-1, 1))
-    farther, closer = state.pressure_at(beside.ravel()).reshape(2, 2).max(axis=1)
-    require(closer - farther <= UNBOUNDED * closer, "quantity", quantity, NO_BOUND)
+    beside = place[0] + float(np.ptp(state.zones["contact"])) * np.multiply.outer(DECADES, (-1, 1))
+    pressures = state.pressure_at(beside.ravel()).reshape(-1, 2).max(axis=1)
+    require(not _grows(pressures, value), "quantity", quantity, NO_BOUND)
     return Peak(value, tuple(place.tolist()))
 
 
@@ -60,8 +66,14 @@ def _of_pressure(state: Any) -> tuple[float, Array]:
     def less(at: Array) -> float:
         return -float(state.pressure_at(float(at[0])))
 
-    found = _least(less, x[best : best + 1], np.array([width / 2]), 1e-2 * DECADE[1] * float(np.ptp(x)))
+    found = _least(less, x[best : best + 1], np.array([width / 2]), 1e-3 * DECADES[-1] * float(np.ptp(x)))
     return -float(found.fun), np.array((found.x[0], np.interp(found.x[0], x, state.points[:, 1])))
+
+
+def _grows(values: Array, scale: float) -> bool:
+    """Returns whether values at DECADES, array (3,), grow without a bound, beside a scale."""
+    first, second = np.diff(values)
+    return bool(first > UNBOUNDED * scale and second > LIKE_LOGARITHM * first)
 
 
 def _presses_at_edge(state: Any) -> bool:
@@ -91,7 +103,7 @@ def _below(state: Any, quantity: str) -> Peak:
     extent = max(extent, float(state.weights.min()))
     places = _verticals(state, closed, extent)
     surface = places[:, -1].copy()
-    closest = max(DECADE[1] * extent, fields.resolved)
+    closest = max(DECADES[-1] * extent, fields.resolved)
     spacing = np.ptp(closed[:, :-1], axis=0).max() / ACROSS[places.shape[1]]
 
     def values(x: Array) -> Array:
@@ -126,11 +138,11 @@ def _below(state: Any, quantity: str) -> Peak:
         before = best.fun
         best = _least(partial(less, top), best.x, -last, CLOSE * extent)
     if top - best.x[-1] < 10 * closest and not fields.resolved:
-        rising = np.repeat(best.x[None], 2, axis=0)
-        rising[:, -1] = top - np.array(DECADE) * extent
-        farther, closer = values(rising)
-        require(closer - farther <= UNBOUNDED * state.pressure.max(), "quantity", quantity, NO_BOUND)
-    return Peak(-float(best.fun), tuple(best.x.tolist()))
+        rising = np.repeat(best.x[None], len(DECADES), axis=0)
+        rising[:, -1] = top - np.array(DECADES) * extent
+        require(not _grows(values(rising), state.pressure.max()), "quantity", quantity, NO_BOUND)
+    resolved = not fields.resolved or top - best.x[-1] > 1.01 * closest
+    return Peak(-float(best.fun), tuple(best.x.tolist()), bool(resolved))
 
 
 def _apart(places: Array, values: Array, distance: float) -> list[int]:

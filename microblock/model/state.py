@@ -568,9 +568,10 @@ class State(PlainData):
         Returns
         -------
         Peak
-            A tuple of `value` (stress) and `place`, (x1, x2), in three dimensions (x1, x2, x3) (lengths). On
-            cells the search ends half a cell below the surface, above which tractions are not resolved; below
-            rough obstacles it begins at the dozen largest pressures and at points between.
+            A tuple of `value` (stress), `place`, (x1, x2), in three dimensions (x1, x2, x3) (lengths), and
+            `resolved`: on cells the search ends half a cell below the surface, and False says that there may
+            be more above. Below rough obstacles it begins at the dozen largest pressures and at points
+            between.
 
         Raises
         ------

@@ -310,21 +310,29 @@ def test_below_a_cylinder_stresses_are_those_of_mcewen(method, close):
     assert stresses == pytest.approx(np.array(mcewen(x1, x2, a, p0)), abs=close * p0)
     peak = solved.peak("max_shear")
     assert peak.value / p0 == pytest.approx(0.30028, abs=2e-5)
-    assert peak.place == pytest.approx((0, -0.7862 * a), abs=1e-3 * a)
+    assert peak.place == pytest.approx((0, -0.7862 * a), abs=1e-3 * a) and peak.resolved
     assert solved.peak("pressure").value == pytest.approx(p0, rel=1e-4)
 
 
 def test_full_sliding_has_the_tension_of_the_trailing_edge():
     """2 f p0 of q = f p at the edge of a classical contact between equal bodies (Johnson, 7.1); the search
-    ends at a cusp, 1e-3 of it.
+    ends 1e-6 of the contact below a cusp, which is 3e-3 there.
     """
     equal = mb.Deformable(mb.HalfPlane(CLASSICAL), CYLINDER)
     slid = rubbed(mb.HalfPlane(CLASSICAL), equal, mb.Unilateral(friction=0.3), (1.0, 0.3), rtol=1e-4)
     pressure = slid.peak("pressure").value
     peak = slid.peak("tension")
     edge = -slid.half_width
-    assert peak.value == pytest.approx(0.6 * pressure, rel=5e-3)
+    assert peak.value == pytest.approx(0.6 * pressure, rel=1e-2)
     assert peak.place == pytest.approx((edge, 0.0), abs=2e-3)
+
+
+def test_a_peak_at_the_surface_of_cells_is_not_resolved():
+    """The tension beside the contact of blocks is at the surface: panels find twice that below cells."""
+    on_cells = pressed(LINE, CYLINDER, mb.Microblock(), 256).peak("tension")
+    on_panels = mb.Contact(LINE, CYLINDER, mb.Microblock()).solve(load=1.0).peak("tension")
+    assert not on_cells.resolved and on_panels.resolved
+    assert on_panels.value > 1.5 * on_cells.value
 
 
 def test_equivalent_stresses_of_the_symmetric_part():
