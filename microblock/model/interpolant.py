@@ -86,8 +86,8 @@ class Interpolant(Protocol):
        ``surface(window)``, and with friction ``shear_at(x)``, at most the friction times the pressure.
     6. `fields` are those below the surface, None of a method that has none; then ``fields_below(box, x2)``
        gives them at points in ((left, right), depth), in space in the plane x2, and triangles between these,
-       (m, 3). `fields_on_mesh` says whether they have a `body` on a mesh. ``reaction_on(boundary)`` raises
-       BadArgument but of bodies on a mesh.
+       (m, 3). `period` is that of the surface. `fields_on_mesh` says whether they have a `body` on a mesh.
+       ``reaction_on(boundary)`` raises BadArgument but of bodies on a mesh.
     7. What ``response()`` has, `energy`, `work`, `stiffness` and ``warnings(state)`` cost: on panels a tenth
        of a solution. A State asks for each when it is first read, and keeps it.
     8. Every place that is no number, and corners that the law has not, are refused before.
@@ -101,6 +101,9 @@ class Interpolant(Protocol):
 
     @property
     def fields_on_mesh(self) -> bool: ...
+
+    @property
+    def period(self) -> float | None: ...
 
     @property
     def energy(self) -> float: ...

@@ -44,7 +44,10 @@ def draw_below(state: State, quantity: str, axis: Axes | None, x2: float | None)
     left = contact[0][0]
     right = contact[-1][1]
     depth = right - left
-    ends = (left - depth / 2, right + depth / 2)
+    beside = depth / 2
+    if state.solution.period is not None:  # the contact of one period is black
+        beside = min(beside, max(state.solution.period - depth, 0.0) / 2)
+    ends = (left - beside, right + beside)
     below, triangles = state.solution.fields_below((ends, depth), x2)
     up = below.x2 if state.flat else below.x3
     triangulation = Triangulation(below.x1, up, triangles)
