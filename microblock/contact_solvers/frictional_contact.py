@@ -22,7 +22,7 @@ from ..model.law import tangents
 from ..model.types import Array, Flags
 
 
-class Rows(NamedTuple):
+class RowsOfSystem(NamedTuple):
     """Rows of corners, nodes and motions in M: x are forces and motions, y are gaps, slip and loads."""
 
     corners: slice
@@ -60,10 +60,10 @@ class FrictionalContact:
         return len(self.tangential)
 
     @property
-    def rows(self) -> Rows:
+    def rows(self) -> RowsOfSystem:
         corners = len(self.gaps)
         forces = corners + self.nodes
-        return Rows(slice(0, corners), slice(corners, forces), slice(forces, forces + 2))
+        return RowsOfSystem(slice(0, corners), slice(corners, forces), slice(forces, forces + 2))
 
     def displaced(self, normal: Array, tangential: Array) -> Array:
         """Returns changes of the gaps, then the drag s, under forces: array (corners n + n,)."""

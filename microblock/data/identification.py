@@ -44,8 +44,8 @@ ENDS = {
     "beta": (0.0, 2.0),
     "curvature": (0.0, math.inf),
 }
-STEP = 0.02  # relative, of moduli in differences of states: cells and meshes leave noise over it
-NODES = {"line": 512, "surface": 64}  # cells along an axis, which stay, where nobody names them
+MODULUS_STEP = 0.02  # relative, of moduli in differences of states: cells and meshes leave noise over it
+CELLS_ALONG_AXIS = {"line": 512, "surface": 64}  # which stay, where nobody names them
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -299,7 +299,7 @@ def discretised(problem: Any, kinds: set[str]) -> Any:
     )
     options = problem.method or solver.options
     if isinstance(options, Cells) and options.nodes is None:
-        options = replace(options, nodes=NODES["line" if flat else "surface"])
+        options = replace(options, nodes=CELLS_ALONG_AXIS["line" if flat else "surface"])
     return problem.with_(method=options)
 
 
@@ -375,9 +375,9 @@ class _Model:
             try:
                 derivatives.append(_rate(state.solid, name) * state.sensitivity(name)[reading])
             except (BadArgument, KeyError):
-                pair = neighbours(state.problem, name, STEP)
+                pair = neighbours(state.problem, name, MODULUS_STEP)
                 low, high = (getattr(near.solve(load=state.load, rtol=self.rtol), reading) for near in pair)
-                derivatives.append((high - low) / (2 * STEP))
+                derivatives.append((high - low) / (2 * MODULUS_STEP))
         return np.array(derivatives)
 
     def result(self, fit: likelihood.Fit, level: float) -> Identification:

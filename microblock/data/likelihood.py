@@ -27,7 +27,7 @@ from ..errors import MicroblockError, NotConverged
 from ..model.progress import counted
 from ..model.types import Array
 
-ENDS = 2e-3  # of the square root of the threshold, to which ends of intervals are found
+END_TOLERANCE = 2e-3  # of the square root of the threshold, to which ends of intervals are found
 GAIN = 0.02  # of the threshold, which the linearised model tells to a few per cent of it
 BETTER = 1e-2  # of the threshold, by which a profile finds a smaller misfit
 ROUNDS = 4  # of such findings
@@ -206,7 +206,7 @@ def _profile(misfit: Misfit, x: Array, least: float, inverse: Array, i: int) -> 
     def beyond(value: float) -> float:
         """Returns the root of the excess less that of the threshold, 0 where they are nearly equal."""
         difference = math.sqrt(points[value]) - height
-        return difference if abs(difference) > ENDS * height else 0.0
+        return difference if abs(difference) > END_TOLERANCE * height else 0.0
 
     def end(side: int, bound: float) -> float | None:
         """Returns the end of the interval on a side, None where the profile does not close."""
@@ -231,7 +231,7 @@ def _profile(misfit: Misfit, x: Array, least: float, inverse: Array, i: int) -> 
 
         if math.isinf(points[value]):  # where the model fails nobody knows
             return None
-        return float(brentq(root, float(inside[i]), value, xtol=ENDS * abs(value - x[i])))
+        return float(brentq(root, float(inside[i]), value, xtol=END_TOLERANCE * abs(value - x[i])))
 
     low, high = (end(side, float(bound[i])) for side, bound in zip((-1, 1), misfit.bounds))
     values = np.array(sorted(points))

@@ -14,7 +14,7 @@ from ..model.types import Array, Flags, Integers
 from .facet_rules import rule_at
 from .mesh_cuts import cut
 
-CELLS = 512  # in a row, of which the distance from the edges of an obstacle is known
+CELLS_IN_ROW = 512  # in a row, of which the distance from the edges of an obstacle is known
 
 
 class SpaceBoundary:
@@ -69,9 +69,9 @@ class SpaceBoundary:
 
     @cached_property
     def _to_edges(self) -> Array:
-        """Distance to the edges of the obstacle over its half width, array (CELLS, CELLS)."""
+        """Distance to the edges of the obstacle over its half width, array (CELLS_IN_ROW, CELLS_IN_ROW)."""
         low, side = self._square
-        rows = (np.arange(CELLS) + 0.5) / CELLS * side
+        rows = (np.arange(CELLS_IN_ROW) + 0.5) / CELLS_IN_ROW * side
         places = np.meshgrid(low[0] + rows, low[1] + rows, indexing="ij")
         solver = self._solver
         gaps = solver.blocks.initial_gaps_over_surface(solver.obstacle, *places)
@@ -88,7 +88,7 @@ class SpaceBoundary:
         if not self.is_singular:
             return np.ones(len(places))
         low, side = self._square
-        i, j = np.clip((places[:, :2] - low) / side * CELLS, 0, CELLS - 1).astype(int).T
+        i, j = np.clip((places[:, :2] - low) / side * CELLS_IN_ROW, 0, CELLS_IN_ROW - 1).astype(int).T
         return self._to_edges[i, j] ** 2
 
     def along_sides(self, couple: Array, normals: Array) -> Array:

@@ -34,13 +34,13 @@ from .kernels import SCALES, Radial
 SPLIT = 4.0  # widths of a part of a cell, within which of the point it is cut into four
 MIDPOINT = 64.0  # widths, beyond which a cell acts at its centre
 SHALLOWEST = 1e-3  # widths of a cell, above which tractions on cells mean nothing
-NODES = 8  # in a piece of distances: 1e-7 of kernels
-GROWTH = 1.5  # ratio of the ends of a piece
-CHEBYSHEV = (1 - np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)) / 2
+NODES_OF_PIECE = 8  # in a piece of distances: 1e-7 of kernels
+PIECE_RATIO = 1.5  # ratio of the ends of a piece
+CHEBYSHEV = (1 - np.cos(np.pi * (np.arange(NODES_OF_PIECE) + 0.5) / NODES_OF_PIECE)) / 2
 QUARTERS = np.array(((-1, -1, 1, 1), (-1, 1, -1, 1)))  # centres of the quarters of a square
-# of a period: waves are summed up to LONG/period times 1.6, LONG_WAVES to either side of 0, and what the
+# of a period: waves go up to REACH_OF_WAVES/period times 1.6, LONG_WAVES to either side of 0, and what the
 # filter leaves of others is 1e-7 at a distance of half a period
-LONG = 84.0
+REACH_OF_WAVES = 84.0
 LONG_WAVES = 21
 TENSOR = ("ee", "et", "en", "te", "tt", "tn", "ne", "nt", "nn")
 # what turns with e by so many angles: u3, u+, psi3, psi+, and of either stress: trace, skew, 33, +3, 3+, ++
@@ -428,7 +428,7 @@ class HalfSpaceBelow:
         """Returns the filter of long waves, none without a period."""
         if self.period is None:
             return np.zeros_like(k)
-        return np.exp(-((k * self.period / LONG) ** 6))
+        return np.exp(-((k * self.period / REACH_OF_WAVES) ** 6))
 
     @cached_property
     def _series(self) -> tuple[Array, AnyArray]:
@@ -502,11 +502,11 @@ def projected(offsets: Array, forces: Array, waves: Waves, first: float) -> tupl
     forces, arrays (2, m) and (5, m): array (rows, nodes). The first piece has the length `first`.
     """
     r = np.hypot(*offsets)
-    piece = np.ceil(np.log(np.maximum(r / first, 1.0)) / np.log(GROWTH)).astype(int)
+    piece = np.ceil(np.log(np.maximum(r / first, 1.0)) / np.log(PIECE_RATIO)).astype(int)
     order = np.argsort(piece, kind="stable")
     r = r[order]
     piece = piece[order]
-    ends = np.asarray(first * GROWTH ** np.arange(piece[-1] + 1), float)
+    ends = np.asarray(first * PIECE_RATIO ** np.arange(piece[-1] + 1), float)
     starts = np.concatenate(([0.0], ends[:-1]))
     nodes = starts[:, None] + (ends - starts)[:, None] * CHEBYSHEV
     along = lagrange(CHEBYSHEV, (r - starts[piece]) / (ends - starts)[piece])

@@ -10,7 +10,7 @@ from scipy.interpolate import PchipInterpolator
 from ..model.types import Axes, Figure
 from . import plots
 
-UNITS = {"depth": "length", "half_width": "length", "radius": "length", "area": "area"}
+UNITS_OF_READINGS = {"depth": "length", "half_width": "length", "radius": "length", "area": "area"}
 SYMBOLS = {
     "E": "$E$ (stress)",
     "ell": r"$\ell$ (length)",
@@ -48,7 +48,7 @@ def _draw_readings(axis: Axes, result: Any) -> Figure:
         loads, measured, predicted, sigma = (
             [row[name] for row in rows] for name in ("load", "measured", "predicted", "sigma")
         )
-        words = f"{kind.replace('_', '-')} ({UNITS[kind]})" + f", contact {scene + 1}" * several
+        words = f"{kind.replace('_', '-')} ({UNITS_OF_READINGS[kind]})" + f", contact {scene + 1}" * several
         (fit,) = axis.plot(loads, predicted)
         axis.errorbar(loads, measured, sigma, fmt="o", color=fit.get_color(), label=words)
     axis.set(xlabel="load", ylabel="reading")

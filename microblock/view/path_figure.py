@@ -14,9 +14,9 @@ from ..model.types import Axes, Figure
 from . import plots
 
 STATES = 24  # between first touch and the last load, closer where zones are narrow
-BESIDE = 1e-3  # relative distance of the states before and behind an event
+BESIDE_EVENT = 1e-3  # relative distance of the states before and behind an event
 MARKS = {"born": "o", "merged": "^", "split": "v", "vanished": "x"}
-SIZES = {"born": 6, "merged": 3.5, "split": 3.5, "vanished": 4}  # points, so that one shows through another
+MARKER_SIZES = {"born": 6, "merged": 3.5, "split": 3.5, "vanished": 4}  # points: one shows through another
 
 
 @plots.styled
@@ -55,7 +55,7 @@ def _draw_zones(axis: Axes, path: LoadPath) -> None:
 def _states(path: LoadPath) -> Iterable[State]:
     """Yields states of a path, ascending in load, but for those that do not converge."""
     loads = {path.last * (number / STATES) ** 2 for number in range(1, STATES + 1)}
-    loads |= {event.load * (1 + way * BESIDE) for event in path.events for way in (-1, 1)}
+    loads |= {event.load * (1 + way * BESIDE_EVENT) for event in path.events for way in (-1, 1)}
     for load in sorted(loads):
         if 0 < load <= path.last:
             try:
@@ -73,7 +73,7 @@ def _draw_events(axis: Axes, kind: str, events: list[Event]) -> None:
         [event.load_error for event in events],
         fmt=MARKS[kind],
         color="0.2",
-        markersize=SIZES[kind],
+        markersize=MARKER_SIZES[kind],
         markerfacecolor="none" if kind == "born" else None,
         clip_on=False,
         label=f"{kind}: {', '.join(zones)}",
