@@ -143,34 +143,43 @@ def _surface(solution: Any, boundary: PlaneBoundary | SpaceBoundary, averaged: S
     rules = _rules(nodes.body)
     places, weights, _, basis = nodes.at_points([rules[facet.type] for facet in nodes.region.Elements()])
     values = _tractions(solution.fields, averaged)(mesh.MapToAllElements(rules, nodes.region))
-    traction, couple, normals, force = np.split(values.reshape(-1, 10).T, (1, 4, 7))
-    recovered = [traction, boundary.along_sides(couple, normals)]
+    tractions = values.reshape(-1, 10).T
     surface = boundary.nodal @ basis.T
-    friction = solution.solver.law.friction
-    if friction:
-        shear = boundary.along_sides(force, normals) / friction
-        # the true one is within p: what is nearest there is nearer to it
-        sizes = np.maximum(np.hypot(*shear), np.finfo(float).tiny)
-        recovered.append(shear * np.clip(surface[0] / sizes, 0.0, 1.0))
+    recovered = _recovered(boundary, tractions, surface[0], solution.solver.law.friction)
     differences = (surface - np.vstack(recovered)) ** 2
-    parts = np.split(differences, np.cumsum([len(part) for part in recovered])[:-1])
-    beyond = boundary.beyond_ends(places, normals, solution.pressures @ basis.T)
+    by_field = np.split(differences, np.cumsum([len(field) for field in recovered])[:-1])
+    beyond = boundary.beyond_ends(places, tractions[4:7], solution.pressures @ basis.T)
     weights = weights * boundary.norm_weights(places)
-    squares = np.zeros((len(parts), mesh.ne))
+    squares = np.zeros((len(recovered), mesh.ne))
     elements = np.repeat(above, [len(rules[facet.type]) for facet in nodes.region.Elements()])
-    for row, part, square in zip(squares, parts, (*beyond, beyond[0])):
-        np.add.at(row, elements, weights * (part.sum(axis=0) + square))
+    for row, difference, square in zip(squares, by_field, (*beyond, beyond[0])):
+        np.add.at(row, elements, weights * (difference.sum(axis=0) + square))
     squares[:, above[boundary.singular]] *= 4**2
     facets, of_edges = boundary.edges()
     for row in squares[::2]:  # of p, and of q/f, which is no larger
         np.add.at(row, above[facets], of_edges)
     if len(solution.forces) > 1:  # of M/ell
         np.add.at(squares[1], above[facets], of_edges / 4)
-    missed = boundary.missed()
     for row in squares:
-        np.add.at(row, above, missed)
+        np.add.at(row, above, boundary.missed())
     largest = squares[np.argmax(squares.sum(axis=1))]
     return largest / max(weights @ surface[0] ** 2, 1e-300)  # nothing may touch yet
+
+
+def _recovered(
+    boundary: PlaneBoundary | SpaceBoundary, tractions: Array, pressure: Array, friction: float
+) -> list[Array]:
+    """Returns p, M/ell and with friction q/f, arrays (k, n), of averaged tractions, array (10, n), at points
+    with a computed pressure, array (n,).
+    """
+    traction, couple, normals, force = np.split(tractions, (1, 4, 7))
+    recovered = [traction, boundary.along_sides(couple, normals)]
+    if friction:
+        shear = boundary.along_sides(force, normals) / friction
+        # the true one is within p: what is nearest there is nearer to it
+        sizes = np.maximum(np.hypot(*shear), np.finfo(float).tiny)
+        recovered.append(shear * np.clip(pressure / sizes, 0.0, 1.0))
+    return recovered
 
 
 def _tractions(fields: BodyFields, averaged: Sequence[Any]) -> Any:

@@ -112,9 +112,9 @@ class Rises(NamedTuple):
 
     def at_depth(self, x3: float) -> Array:
         """Returns what the amplitudes a, b, d and d1 multiply, array (4, k)."""
-        one = np.ones_like(self.k)
-        parts = np.array((one, x3 * one, np.expm1(self.curl * x3), np.expm1(self.gradient * x3)))
-        return parts * np.exp(self.k * x3)
+        ones = np.ones_like(self.k)
+        decays = np.array((ones, x3 * ones, np.expm1(self.curl * x3), np.expm1(self.gradient * x3)))
+        return decays * np.exp(self.k * x3)
 
 
 def gradient_bend(solid: Cosserat) -> float:
@@ -225,19 +225,19 @@ class Waves:
 
     def _amplitudes(self, k: Array) -> Array:
         """Returns a, b, d and d1 of all rows at wavenumbers, times i^m over `phases`: array (rows, 4, k)."""
-        one = np.ones_like(k)
-        parts: dict[str, tuple[AnyArray, AnyArray]] = {}
-        pressed = _along(self.solid, self.clamped, k, p=one)
-        parts["p"] = pressed, 0 * pressed
-        parts["q"] = (
-            _along(self.solid, self.clamped, k, q=one),
+        ones = np.ones_like(k)
+        by_load: dict[str, tuple[AnyArray, AnyArray]] = {}
+        pressed = _along(self.solid, self.clamped, k, p=ones)
+        by_load["p"] = pressed, 0 * pressed
+        by_load["q"] = (
+            _along(self.solid, self.clamped, k, q=ones),
             _across(self.solid, self.clamped, k, 1.0, 0.0),
         )
         # a moment along e is one across the wave, and one along t acts in its plane
-        parts["M"] = _across(self.solid, False, k, 0.0, 1.0), _along(self.solid, False, k, M=one)
+        by_load["M"] = _across(self.solid, False, k, 0.0, 1.0), _along(self.solid, False, k, M=ones)
         rows = []
         for load, step in self._steps:
-            along_e, along_t = parts[load]
+            along_e, along_t = by_load[load]
             rows.append(along_e if load == "p" else (along_e + step * 1j * along_t) / 2)
         return np.real((1j**self.orders / self.phases)[:, None, None] * np.concatenate(rows))
 
@@ -394,12 +394,12 @@ class HalfSpaceBelow:
             raise BadArgument("x3", x3, f"must not be {'below' if self.upper else 'above'} the surface")
         depth = np.minimum(sign * x3, -self.loads.shallowest)
         places, numbers = np.unique((x1, x2), axis=1, return_inverse=True)
-        parts = np.empty((len(TURNS), len(x1)), complex)
+        components = np.empty((len(TURNS), len(x1)), complex)
         kernels: dict[float, tuple[Radial, AnyArray]] = {}
         for number, place in enumerate(places.T):
             on_line = numbers.ravel() == number
-            parts[:, on_line] = self._on_vertical(place, depth[on_line], kernels)
-        return _components(parts, self.upper, x1, x2, x3).shaped(shape)
+            components[:, on_line] = self._on_vertical(place, depth[on_line], kernels)
+        return _components(components, self.upper, x1, x2, x3).shaped(shape)
 
     @cached_property
     def _waves(self) -> Waves:
@@ -456,17 +456,17 @@ class HalfSpaceBelow:
         offsets, forces = self.loads.sources(place, nearest, self.period or np.inf)
         nodes, weights = projected(offsets, forces, self._waves, nearest / 2)
         shifted = np.exp(1j * place @ self._series[0])
-        parts = np.empty((len(TURNS), len(x3)), complex)
+        components = np.empty((len(TURNS), len(x3)), complex)
         for depth in np.unique(x3):
             if depth not in kernels:
                 kernels[depth] = self._kernel(depth)
             of_distance, of_long_waves = kernels[depth]
             rows = (of_distance(nodes) * weights).sum(axis=1) + of_long_waves @ shifted
             rows = rows * self._waves.phases
-            parts[:, x3 == depth] = rows.reshape(-1, len(TURNS)).sum(axis=0)[:, None]
+            components[:, x3 == depth] = rows.reshape(-1, len(TURNS)).sum(axis=0)[:, None]
         if self.period is not None:
-            parts += self._of_mean_loads(x3)
-        return parts
+            components += self._of_mean_loads(x3)
+        return components
 
     def _of_mean_loads(self, x3: Array) -> AnyArray:
         """Returns the parts of the fields of the mean loads of a period, without strains along x1 and x2 and
@@ -482,19 +482,19 @@ class HalfSpaceBelow:
             M = -1j * couple * solid.curvature * rate * q / (2 * solid.mu)
         decay = np.exp(rate * x3)
         psi = M / (solid.curvature * couple * rate) * decay
-        one = np.ones_like(x3)
+        ones = np.ones_like(x3)
         lateral = solid.nu / (1 - solid.nu)
-        parts = np.zeros((len(TURNS), len(x3)), complex)
-        parts[0] = -p * (1 - 2 * solid.nu) / (2 * solid.mu * (1 - solid.nu)) * x3
-        parts[1] = q / solid.mu * x3 - 1j * M / (2 * solid.mu) * np.expm1(rate * x3)
-        parts[3] = psi + 1j * q / (2 * solid.mu)
-        parts[4] = -2 * lateral * p * one
-        parts[6] = -p * one
-        parts[7] = q * one
-        parts[8] = q - 1j * solid.curvature * couple * rate**2 * psi
-        parts[13] = M * decay
-        parts[14] = solid.beta_prime / solid.curvature * M * decay
-        return parts
+        components = np.zeros((len(TURNS), len(x3)), complex)
+        components[0] = -p * (1 - 2 * solid.nu) / (2 * solid.mu * (1 - solid.nu)) * x3
+        components[1] = q / solid.mu * x3 - 1j * M / (2 * solid.mu) * np.expm1(rate * x3)
+        components[3] = psi + 1j * q / (2 * solid.mu)
+        components[4] = -2 * lateral * p * ones
+        components[6] = -p * ones
+        components[7] = q * ones
+        components[8] = q - 1j * solid.curvature * couple * rate**2 * psi
+        components[13] = M * decay
+        components[14] = solid.beta_prime / solid.curvature * M * decay
+        return components
 
 
 def projected(offsets: Array, forces: Array, waves: Waves, first: float) -> tuple[Array, AnyArray]:
@@ -518,12 +518,13 @@ def projected(offsets: Array, forces: Array, waves: Waves, first: float) -> tupl
     return nodes.ravel(), weights[waves.kind]
 
 
-def _components(parts: AnyArray, upper: bool, x1: Array, x2: Array, x3: Array) -> SpaceFields:
+def _components(components: AnyArray, upper: bool, x1: Array, x2: Array, x3: Array) -> SpaceFields:
     """Returns the SpaceFields of parts of fields, array (fields, n), in the upper half-space mirrored."""
     turned = -1.0 if upper else 1.0
-    u = np.array((parts[1].real, parts[1].imag, turned * parts[0].real))
-    psi = np.array((turned * parts[3].real, turned * parts[3].imag, parts[2].real))
-    return SpaceFields(x1, x2, x3, psi, u, _tensor(parts[4:10], turned), turned * _tensor(parts[10:], turned))
+    u = np.array((components[1].real, components[1].imag, turned * components[0].real))
+    psi = np.array((turned * components[3].real, turned * components[3].imag, components[2].real))
+    stress = _tensor(components[4:10], turned)
+    return SpaceFields(x1, x2, x3, psi, u, stress, turned * _tensor(components[10:], turned))
 
 
 def _tensor(parts: AnyArray, turned: float) -> Array:
