@@ -146,8 +146,8 @@ def _surface(solution: Any, boundary: PlaneBoundary | SpaceBoundary, averaged: S
     tractions = values.reshape(-1, 10).T
     surface = boundary.nodal @ basis.T
     recovered = _recovered(boundary, tractions, surface[0], solution.solver.law.friction)
-    differences = (surface - np.vstack(recovered)) ** 2
-    by_field = np.split(differences, np.cumsum([len(field) for field in recovered])[:-1])
+    borders = np.cumsum([len(field) for field in recovered])[:-1]
+    by_field = np.split((surface - np.vstack(recovered)) ** 2, borders)
     beyond = boundary.beyond_ends(places, tractions[4:7], solution.pressures @ basis.T)
     weights = weights * boundary.norm_weights(places)
     squares = np.zeros((len(recovered), mesh.ne))
@@ -160,10 +160,11 @@ def _surface(solution: Any, boundary: PlaneBoundary | SpaceBoundary, averaged: S
         np.add.at(row, above[facets], of_edges)
     if len(solution.forces) > 1:  # of M/ell
         np.add.at(squares[1], above[facets], of_edges / 4)
+    missed = boundary.missed()
     for row in squares:
-        np.add.at(row, above, boundary.missed())
-    largest = squares[np.argmax(squares.sum(axis=1))]
-    return largest / max(weights @ surface[0] ** 2, 1e-300)  # nothing may touch yet
+        np.add.at(row, above, missed)
+    # nothing may touch yet
+    return squares[np.argmax(squares.sum(axis=1))] / max(weights @ surface[0] ** 2, 1e-300)
 
 
 def _recovered(
