@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy import stats
 
 from ..contact import Contact
 from ..errors import (
@@ -44,6 +45,8 @@ ENDS = {
     "beta": (0.0, 2.0),
     "curvature": (0.0, math.inf),
 }
+FOLLOW_ZONES = "panels", "fitted"  # methods whose meshes end at the edges of zones
+DOUBTFUL = 1e-3  # probability of a misfit, below which it contradicts the readings
 MODULUS_STEP = 0.02  # relative, of moduli in differences of states: cells and meshes leave noise over it
 CELLS_ALONG_AXIS = {"line": 512, "surface": 64}  # which stay, where nobody names them
 
@@ -79,7 +82,7 @@ class Identification(PlainData):
     solid : Cosserat
         The solid with these values.
     warnings : list of str
-        What the model leaves uncertain beside the scatter.
+        What the model leaves uncertain beside the scatter, and a misfit that contradicts a given one.
 
     Examples
     --------
@@ -392,17 +395,14 @@ class _Model:
             del row["derivatives"]
             row["sigma"] *= fit.scatter
             left = max(left, row.pop("left") / row["sigma"])
-        warnings = []
-        if left > 0.5:
-            words = f"cells leave predictions uncertain by up to {left:.2g} of the scatter"
-            warnings.append(f"{words}: name Cells(nodes=...) with more of them")
+        freedom = len(rows) - len(values)
         return Identification(
             values,
             {name: self.interval(name, profile) for name, profile in by_name.items()},
             {name: None not in (profile.low, profile.high) for name, profile in by_name.items()},
             level,
             fit.misfit,
-            len(rows) - len(values),
+            freedom,
             fit.covariance * np.outer(rates, rates),
             {
                 name: np.array([self.moduli(name, profile.values), profile.excess])
@@ -411,8 +411,26 @@ class _Model:
             fit.threshold,
             rows,
             solid,
-            warnings,
+            self.warnings(left, fit, freedom),
         )
+
+    def warnings(self, left: float, fit: likelihood.Fit, freedom: int) -> list[str]:
+        """Returns what makes intervals doubtful: errors of the model of `left` scatters, and a misfit that
+        readings of this scatter have in one set of a thousand.
+        """
+        warnings = []
+        if left > 0.5:
+            words = f"leave predictions uncertain by up to {left:.2g} of the scatter"
+            if any(isinstance(scene.problem.method, Cells) for scene in self.scenes):
+                warnings.append(f"cells {words}: name Cells(nodes=...) with more of them")
+            else:
+                warnings.append(f"errors of the model {words}: give a smaller rtol, or a finer mesh")
+        if fit.scatter_is_known and stats.chi2.sf(fit.misfit, freedom) < DOUBTFUL:
+            words = f"the misfit is {fit.misfit:.3g} at {freedom} degrees of freedom"
+            warnings.append(
+                f"{words}: model and scatter contradict the readings, and intervals are too narrow"
+            )
+        return warnings
 
     def moduli(self, name: str, parameters: Array) -> Array:
         """Returns values of a modulus at its parameters, arrays (k,)."""
@@ -448,12 +466,16 @@ def _reading(state: State, kind: str) -> tuple[float, float]:
 
 
 def _left(state: State, kind: str, value: float) -> float:
-    """Returns the error of a reading that cells leave: of the depth its estimate, of what is read off their
-    edge half a cell; 0 of other methods.
+    """Returns the error of a reading that the discretisation leaves: of the depth the estimate, of what is
+    read off the edge of zones half a cell or, where it follows them, a tenth of the estimate; 0 without one.
     """
-    if state.squares is None:
-        return 0.0
+    relative = state.error_estimate or 0.0
     if kind == "depth":
-        return (state.error_estimate or 0.0) * abs(value)
-    half = max(square.width for square in state.squares) / 2
+        return relative * abs(value)
+    if state.method in FOLLOW_ZONES:
+        return relative / 10 * value
+    largest = float(state.weights[state.closed > 0].max(initial=0.0))
+    if state.flat:
+        return largest / 2 if kind == "half_width" else largest
+    half = math.sqrt(largest) / 2
     return half if kind == "radius" else 2 * math.sqrt(math.pi * value) * half

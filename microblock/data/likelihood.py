@@ -23,13 +23,14 @@ import numpy as np
 from scipy import stats
 from scipy.optimize import brentq, least_squares
 
-from ..errors import MicroblockError, NotConverged
+from ..errors import MicroblockError, NotConverged, require
 from ..model.progress import counted
 from ..model.types import Array
 
 END_TOLERANCE = 2e-3  # of the square root of the threshold, to which ends of intervals are found
 GAIN = 0.02  # of the threshold, which the linearised model tells to a few per cent of it
 BETTER = 1e-2  # of the threshold, by which a profile finds a smaller misfit
+LEAST_STEP = 1e-12  # which rounding leaves of parameters up to some 10
 ROUNDS = 4  # of such findings
 
 Model = Callable[
@@ -57,6 +58,7 @@ class Fit:
     ----------
     x : array (p,)
     misfit : float, sum of the squares
+    scatter_is_known : bool
     scatter : float, 1 or the standard deviation that the residuals tell, with whose square all misfits below
         are divided
     covariance : array (p, p), of the linearised model; inf where it is singular
@@ -66,6 +68,7 @@ class Fit:
 
     x: Array
     misfit: float
+    scatter_is_known: bool
     scatter: float
     covariance: Array
     threshold: float
@@ -84,7 +87,8 @@ def fit(model: Model, bounds: tuple[Array, Array], level: float, scatter_is_know
     """Returns the Fit from x = 0 on within bounds, arrays (p,), with intervals of a level of confidence: by
     the normal distribution, or Student's where the residuals tell the scatter.
 
-    Raises the error of the model at x = 0, and NotConverged if smaller misfits are found again and again.
+    Raises the error of the model at x = 0, BadArgument if all residuals are 0 and no scatter is known, and
+    NotConverged if smaller misfits are found again and again.
     """
     x = np.zeros(len(bounds[0]))
     misfit = Misfit(model, bounds, x)
@@ -95,6 +99,8 @@ def fit(model: Model, bounds: tuple[Array, Array], level: float, scatter_is_know
         quantile = float(stats.norm.ppf((1 + level) / 2))
         scatter = 1.0
         if not scatter_is_known:
+            words = "must be given: the readings are those of the model, and tell no scatter"
+            require(least > 0, "sigma", None, words)
             scatter = math.sqrt(least / freedom)
             quantile = float(stats.t.ppf((1 + level) / 2, freedom))
         misfit.threshold = (scatter * quantile) ** 2
@@ -105,7 +111,7 @@ def fit(model: Model, bounds: tuple[Array, Array], level: float, scatter_is_know
             x = smaller.x
             continue
         profiles = [replace(profile, excess=profile.excess / scatter**2) for profile in profiles]
-        return Fit(x, least, scatter, scatter**2 * inverse, quantile**2, profiles)
+        return Fit(x, least, scatter_is_known, scatter, scatter**2 * inverse, quantile**2, profiles)
     raise NotConverged(
         f"profiles have found a smaller misfit than the least one {ROUNDS} times: begin with other first "
         "guesses, or with fewer unknowns"
@@ -146,7 +152,7 @@ class Misfit:
         free = np.arange(len(start)) != (-1 if fixed is None else fixed)
         residuals, derivatives = self.at(start)
         misfit = float(residuals @ residuals)
-        if not free.any() or math.isinf(misfit):
+        if not free.any() or math.isinf(misfit) or misfit == 0:
             return start, misfit
         if fixed is not None:
             inner = free & (start > self.bounds[0]) & (start < self.bounds[1])
@@ -191,7 +197,7 @@ def _profile(misfit: Misfit, x: Array, least: float, inverse: Array, i: int) -> 
     first_step = 1.0
     if np.isfinite(inverse).all():
         slope = inverse[i] / inverse[i, i]
-        first_step = min(first_step, 1.05 * height * math.sqrt(inverse[i, i]))
+        first_step = min(first_step, max(LEAST_STEP, 1.05 * height * math.sqrt(inverse[i, i])))
 
     def fitted(value: float, near: Array, slope: Array) -> Array:
         """Returns the fit of all others at a value, begun on the straight line from one near by."""
