@@ -26,6 +26,7 @@ from .projected_gradients import solve_matrix_free
 
 RESIDUAL = 1e-7  # of an increment: far below what cells, nodes and increments leave
 ALTERNATIONS = 60  # 3 to 12 are met
+NEARLY_SLIPS = 0.98  # of f P, beyond which the way of the obstacle was seen to change by more than 5 %
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,6 +118,20 @@ class SlidingSolution:
         pressing = self.along_surface(self.increment.pressing / self.areas, places)
         sizes = np.maximum(np.hypot(*q), np.finfo(float).tiny)
         return np.asarray((q * np.minimum(1.0, self.solver.law.friction * pressing / sizes)).T)
+
+
+def noted_state(solution: Any) -> Any:
+    """Returns the State of a solution, noting how little is known of the way near full slip: directions of
+    slip, and with them its length, follow Q ever more slowly.
+    """
+    increment = solution.increment
+    share = np.hypot(*increment.shear) / (solution.solver.law.friction * increment.load)
+    if share <= NEARLY_SLIPS:
+        return solution.state()
+    return solution.state().noting(
+        f"the shear force is {share:.4g} of f P: tangential_approach and dissipation depend on the loads "
+        "given on the way, and at f P are the least that the forces allow"
+    )
 
 
 class ShearResponse(Protocol):

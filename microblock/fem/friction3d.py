@@ -17,7 +17,13 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.sparse import vstack
 
 from ..contact_solvers.fft_compliance import with_least_work
-from ..contact_solvers.friction_increments import RESIDUAL, FrictionIncrements, Increment, SlidingSolution
+from ..contact_solvers.friction_increments import (
+    RESIDUAL,
+    FrictionIncrements,
+    Increment,
+    SlidingSolution,
+    noted_state,
+)
 from ..contact_solvers.projected_gradients import MatrixFree
 from ..errors import require
 from ..model.history import History
@@ -244,7 +250,7 @@ class SurfaceFriction:
             touched = np.any([self._touched(solution) for solution in (*coarser, *finer)], axis=0)
             beyond = touched & ~self._inside(candidates)
         states = [
-            replace(after, of_increments=after.change(before)).state()
+            noted_state(replace(after, of_increments=after.change(before)))
             for before, after in zip(coarser, finer)
         ]
         return History(self.solver.contact, states, [])

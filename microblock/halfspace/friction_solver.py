@@ -17,7 +17,7 @@ import numpy as np
 
 from .. import cost
 from ..contact_solvers.fft_compliance import Grid
-from ..contact_solvers.friction_increments import RESIDUAL, FrictionIncrements, Increment, legs
+from ..contact_solvers.friction_increments import RESIDUAL, FrictionIncrements, Increment, legs, noted_state
 from ..errors import NotConverged, out_of_reach
 from ..model.history import History
 from ..model.intervals import distance
@@ -96,7 +96,7 @@ class SurfaceFrictionSolver:
             errors = self._estimates(changes, coarser, finer)
             missed = [self.solver.missed(candidates, solution) for solution in finer]
             states = [
-                replace(solution, error_estimate=error, notes=notes).state()
+                noted_state(replace(solution, error_estimate=error, notes=notes))
                 for solution, error, (notes, _) in zip(finer, errors, missed)
             ]
             error = np.inf if any(unseen for _, unseen in missed) else max(errors)

@@ -88,6 +88,19 @@ def test_a_half_between_planes_of_symmetry_has_the_states_of_the_whole(law):
         assert half.shear_traction == pytest.approx(q, abs=1e-3 * np.abs(q).max())
 
 
+@pytest.mark.parametrize("ground", [mb.HalfSpace(SOLID), block()], ids=["half-space", "mesh"])
+def test_near_full_slip_the_way_of_the_obstacle_is_doubtful(ground):
+    """At 0.999 f P the dissipation of one leg is not that of two; below 0.98 f P no word is needed."""
+    method = mb.Cells(nodes=32) if isinstance(ground, mb.HalfSpace) else None
+    slight = mb.Contact(ground, SPHERE, mb.Unilateral(friction=0.01), method)
+    loads = [(P, share * 0.01 * P, 0) for share in (0, 0.9, 0.99, 0.999)]
+    steps = slight.history(loads).states
+    at_once = slight.history([loads[0], loads[-1]]).states[-1]
+    assert at_once.dissipation > 1.5 * steps[-1].dissipation
+    doubtful = [any("of f P" in words for words in state.warnings) for state in (*steps, at_once)]
+    assert doubtful == [False, False, True, True, True]
+
+
 @pytest.mark.parametrize("law", [POINTS, pytest.param(BLOCKS, marks=pytest.mark.nightly)], ids=str)
 def test_a_load_turned_by_a_quarter_has_turned_states(law):
     along_1 = states(law, (1, 0.5 * F, 0))[-1]
