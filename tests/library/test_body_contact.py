@@ -840,21 +840,15 @@ def test_errors_of_events_on_meshes_hold_against_fitted_blocks(seed):
             assert abs(event.load - reference.load) <= event.load_error + reference.load_error + 1e-9
 
 
-def test_friction_where_rollers_hold_the_node_that_touches_first():
-    """It was said that rates are not unique and the friction may be too large."""
-    problem = mb.Contact(mb.Body(slab(8), ELASTIC, fixed=ROLLERS), mb.Plane(), mb.Unilateral(friction=0.3))
-    for state in problem.history([(0.5, 0), (1, 0)]).states:
-        assert state.approach == pytest.approx(0.5 * state.load / (ELASTIC.lam + 2 * ELASTIC.mu), rel=1e-10)
-        assert state.shear_traction == pytest.approx(0, abs=1e-6)  # half of the digits
+def test_friction_beside_a_plane_of_symmetry_is_refused_in_the_plane():
+    """The sum of shear forces on a half is not given: where the node on the axis slips, tractions were off by a
+    factor of three.
+    """
     halves = {"u1": "left|bottom", "u2": "bottom", "psi": "left|bottom"}
     right = meshes.rectangles(np.linspace(0, 2, 11), np.linspace(-2, 0, 11), True, NAMES)
-    full = meshes.rectangles(np.linspace(-2, 2, 21), np.linspace(-2, 0, 11), True, NAMES)
-    half, symmetric = (
-        mb.Contact(mb.Body(mesh, BLOCKY, fixed=fixed), mb.Cylinder(R=10), mb.Unilateral(friction=0.3))
-        for mesh, fixed in ((right, halves), (full, "bottom"))
-    )
-    part = half.history([(0.2, 0), (0.5, 0)]).states[-1]
-    state = symmetric.history([(0.4, 0), (1, 0)]).states[-1]
-    # the axis carries what shear the other half does, within its friction; half of the digits
-    assert part.pressure[1:] == pytest.approx(state.pressure[-len(part.x) + 1 :], abs=1e-7)
-    assert part.shear_traction[1:] == pytest.approx(state.shear_traction[-len(part.x) + 1 :], abs=1e-7)
+    half = mb.Body(right, BLOCKY, fixed=halves)
+    for body in (half, mb.Body(slab(8), ELASTIC, fixed=ROLLERS)):
+        problem = mb.Contact(body, mb.Cylinder(R=10), mb.Unilateral(friction=0.3))
+        with pytest.raises(mb.BadArgument, match="need the whole body"):
+            problem.history([(0.2, 0), (0.5, 0)])
+
