@@ -841,9 +841,7 @@ def test_errors_of_events_on_meshes_hold_against_fitted_blocks(seed):
 
 
 def test_friction_beside_a_plane_of_symmetry_is_refused_in_the_plane():
-    """The sum of shear forces on a half is not given: where the node on the axis slips, tractions were off by a
-    factor of three.
-    """
+    """The sum of shear forces on a half is not given: where the node on the axis slips, shear is wrong."""
     halves = {"u1": "left|bottom", "u2": "bottom", "psi": "left|bottom"}
     right = meshes.rectangles(np.linspace(0, 2, 11), np.linspace(-2, 0, 11), True, NAMES)
     half = mb.Body(right, BLOCKY, fixed=halves)
@@ -851,4 +849,3 @@ def test_friction_beside_a_plane_of_symmetry_is_refused_in_the_plane():
         problem = mb.Contact(body, mb.Cylinder(R=10), mb.Unilateral(friction=0.3))
         with pytest.raises(mb.BadArgument, match="need the whole body"):
             problem.history([(0.2, 0), (0.5, 0)])
-
