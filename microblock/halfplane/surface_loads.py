@@ -97,7 +97,7 @@ class CellLoads:
 
     @property
     def resolved(self) -> float:
-        return float((self.right - self.left).min(initial=1.0)) / 2
+        return float((self.right - self.left).min(initial=np.inf)) / 2
 
     def sources(self, x1: float, nearest: float, order: int) -> Sources:
         start, end, side, loads = self._halves(x1)

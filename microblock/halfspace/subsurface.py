@@ -285,7 +285,7 @@ class SquareLoads:
     @property
     def shallowest(self) -> float:
         """Depth to which points nearer to the surface are moved (length)."""
-        return SHALLOWEST * float(self.widths.min(initial=1.0))
+        return SHALLOWEST * (float(self.widths.min()) if self.widths.size else 0.0)
 
     def sources(self, place: Array, depth: float, period: float = np.inf) -> tuple[Array, Array]:
         """Returns distances of a place, (2,), from points that stand for the loads, and forces, arrays (2, m)
@@ -379,7 +379,7 @@ class HalfSpaceBelow:
     @property
     def resolved(self) -> float:
         """As of FieldsBelow."""
-        return float(self.loads.widths.min(initial=1.0)) / 2
+        return float(self.loads.widths.min(initial=np.inf)) / 2
 
     @bounded
     def __call__(self, x1: ArrayLike, x2: ArrayLike, x3: ArrayLike) -> SpaceFields:

@@ -26,12 +26,14 @@ CLOSE = 1e-5  # of the extent, to which a place is sought
 DECADES = 1e-4, 1e-5, 1e-6
 LIKE_LOGARITHM = 0.7
 UNBOUNDED = 5e-3  # of the largest pressure, a rise that counts
+# halves of a cell: cells round off a tip, whose stress has no bound, and are highest 3 of them below
+RESOLVING = 5.0
 NO_BOUND = "has no bound there: the obstacle has an edge or a tip"
 
 
 class Peak(NamedTuple):
-    """The largest value of a quantity, its place, x1 and x2, in space x3, and whether it is resolved: not if
-    the search ended below cells, half a cell from the surface, above which there may be more.
+    """The largest value of a quantity, its place, x1 and x2, in space x3, and whether it is resolved: not
+    within two and a half cells of the surface, where finer cells may have more.
     """
 
     value: float
@@ -100,7 +102,8 @@ def _below(state: Any, quantity: str) -> Peak:
     fields = state.fields
     closed = state.points[state.closed > 0]
     extent = float(np.ptp(closed[:, :-1], axis=0).max())
-    extent = max(extent, float(state.weights.min()))
+    # of a weight, an area in space, the length
+    extent = max(extent, float(state.weights.min()) ** (1 / (closed.shape[1] - 1)))
     places = _verticals(state, closed, extent)
     surface = places[:, -1].copy()
     closest = max(DECADES[-1] * extent, fields.resolved)
@@ -141,7 +144,7 @@ def _below(state: Any, quantity: str) -> Peak:
         rising = np.repeat(best.x[None], len(DECADES), axis=0)
         rising[:, -1] = top - np.array(DECADES) * extent
         require(not _grows(values(rising), state.pressure.max()), "quantity", quantity, NO_BOUND)
-    resolved = not fields.resolved or top - best.x[-1] > 1.01 * closest
+    resolved = not fields.resolved or top - best.x[-1] > RESOLVING * closest
     return Peak(-float(best.fun), tuple(best.x.tolist()), bool(resolved))
 
 

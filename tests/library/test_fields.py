@@ -327,6 +327,28 @@ def test_full_sliding_has_the_tension_of_the_trailing_edge():
     assert peak.place == pytest.approx((edge, 0.0), abs=2e-3)
 
 
+def test_a_peak_knows_no_unit_of_length():
+    """In units in which cells are 1e7 long; an area taken for a length began the search far too deep."""
+    values = []
+    for unit in (1.0, 1e9):
+        sphere = mb.Contact(
+            mb.HalfSpace(CLASSICAL), mb.Sphere(R=10 * unit), mb.Unilateral(), mb.Cells(nodes=32)
+        )
+        peak = sphere.solve(load=unit**2).peak("von_mises")
+        assert peak.resolved
+        values.append(peak.value)
+    assert values[1] == pytest.approx(values[0], rel=1e-6)  # a search ends within 1e-5 of a flat maximum
+
+
+def test_a_peak_below_the_tip_of_a_cone_is_not_resolved_by_cells():
+    """It has no bound, and cells round it off: twice as many find some 7 % more, a cell below the surface."""
+    tip = mb.Obstacle(lambda x1, x2: 0.1 * np.hypot(x1, x2))
+    cone = mb.Contact(mb.HalfSpace(CLASSICAL), tip, mb.Unilateral())
+    peaks = [cone.with_(method=mb.Cells(nodes=n)).solve(load=1.0).peak("von_mises") for n in (32, 64)]
+    assert peaks[1].value > 1.05 * peaks[0].value
+    assert not any(peak.resolved for peak in peaks)
+
+
 def test_a_peak_at_the_surface_of_cells_is_not_resolved():
     """The tension beside the contact of blocks is at the surface: panels find twice that below cells."""
     on_cells = pressed(LINE, CYLINDER, mb.Microblock(), 256).peak("tension")
