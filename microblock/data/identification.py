@@ -46,6 +46,7 @@ ENDS = {
     "curvature": (0.0, math.inf),
 }
 FOLLOW_ZONES = "panels", "fitted"  # methods whose meshes end at the edges of zones
+ROUNDING = 1e-8  # of readings, a scatter that is not theirs: models have fewer digits
 DOUBTFUL = 1e-3  # probability of a misfit, below which it contradicts the readings
 MODULUS_STEP = 0.02  # relative, of moduli in differences of states: cells and meshes leave noise over it
 CELLS_ALONG_AXIS = {"line": 512, "surface": 64}  # which stay, where nobody names them
@@ -202,8 +203,9 @@ def identify(
     ------
     BadArgument
         If data have other columns, lengths that differ, numbers that are not finite or a load that is not
-        positive; if there are no more readings than unknown moduli; if a scatter is not positive; if a
-        modulus is unknown, or the body has no such reading.
+        positive; if there are no more readings than unknown moduli; if a scatter is not positive, or
+        none is given and the readings are those of the model; if a modulus is unknown, or the body has no
+        such reading.
     NotConverged
         If the contact cannot be solved at the first guesses.
 
@@ -225,7 +227,9 @@ def identify(
     scenes = scenes_of(problem, data, sigma, len(names))
     model = _Model(scenes, names, require_tolerance(rtol))
     with counting("identification", progress):
-        fit = likelihood.fit(model, model.bounds, float(level), sigma is not None)
+        largest = max(np.abs(part).max() for scene in scenes for part in scene.readings.values())
+        rounding = ROUNDING * float(largest)
+        fit = likelihood.fit(model, model.bounds, float(level), sigma is not None, rounding)
     return model.result(fit, float(level))
 
 

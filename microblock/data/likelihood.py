@@ -83,12 +83,14 @@ class _Smaller(Exception):
         self.x = x
 
 
-def fit(model: Model, bounds: tuple[Array, Array], level: float, scatter_is_known: bool) -> Fit:
+def fit(
+    model: Model, bounds: tuple[Array, Array], level: float, scatter_is_known: bool, rounding: float = 0.0
+) -> Fit:
     """Returns the Fit from x = 0 on within bounds, arrays (p,), with intervals of a level of confidence: by
     the normal distribution, or Student's where the residuals tell the scatter.
 
-    Raises the error of the model at x = 0, BadArgument if all residuals are 0 and no scatter is known, and
-    NotConverged if smaller misfits are found again and again.
+    Raises the error of the model at x = 0, BadArgument if no scatter is known and that of the residuals is at
+    most `rounding`, and NotConverged if smaller misfits are found again and again.
     """
     x = np.zeros(len(bounds[0]))
     misfit = Misfit(model, bounds, x)
@@ -100,8 +102,8 @@ def fit(model: Model, bounds: tuple[Array, Array], level: float, scatter_is_know
         scatter = 1.0
         if not scatter_is_known:
             words = "must be given: the readings are those of the model, and tell no scatter"
-            require(least > 0, "sigma", None, words)
             scatter = math.sqrt(least / freedom)
+            require(scatter > rounding, "sigma", None, words)
             quantile = float(stats.t.ppf((1 + level) / 2, freedom))
         misfit.threshold = (scatter * quantile) ** 2
         inverse = _inverse(derivatives.T @ derivatives)

@@ -255,3 +255,7 @@ def test_readings_of_the_model_itself():
         return 1e30 * (x - np.array([0.1, 0.2])), np.full((2, 1), 1e30)
 
     assert likelihood.fit(sharp, bounds(1), 0.95, True).profiles[0].high == pytest.approx(0.15, abs=1e-8)
+    solved = [line(SOLID).solve(load=load, rtol=1e-6).half_width for load in LOADS.tolist()]
+    exact = {"load": LOADS, "half_width": solved}  # residuals are rounding, not 0
+    with pytest.raises(mb.BadArgument, match="tell no scatter"):
+        mb.identify(line(mb.Cosserat(E=99, nu=0.3, ell=0.085, beta=1)), exact, "E")
