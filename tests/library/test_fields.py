@@ -340,6 +340,7 @@ def test_a_peak_knows_no_unit_of_length():
     assert values[1] == pytest.approx(values[0], rel=1e-6)  # a search ends within 1e-5 of a flat maximum
 
 
+@pytest.mark.nightly
 def test_a_peak_below_the_tip_of_a_cone_is_not_resolved_by_cells():
     """It has no bound, and cells round it off: twice as many find some 7 % more, a cell below the surface."""
     tip = mb.Obstacle(lambda x1, x2: 0.1 * np.hypot(x1, x2))

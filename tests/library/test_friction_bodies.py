@@ -88,7 +88,11 @@ def test_a_half_between_planes_of_symmetry_has_the_states_of_the_whole(law):
         assert half.shear_traction == pytest.approx(q, abs=1e-3 * np.abs(q).max())
 
 
-@pytest.mark.parametrize("ground", [mb.HalfSpace(SOLID), block()], ids=["half-space", "mesh"])
+@pytest.mark.parametrize(
+    "ground",
+    [pytest.param(mb.HalfSpace(SOLID), marks=pytest.mark.nightly), block()],
+    ids=["half-space", "mesh"],
+)
 def test_near_full_slip_the_way_of_the_obstacle_is_doubtful(ground):
     """At 0.999 f P the dissipation of one leg is not that of two; below 0.98 f P no word is needed."""
     method = mb.Cells(nodes=32) if isinstance(ground, mb.HalfSpace) else None

@@ -131,6 +131,7 @@ def test_depths_of_loading_and_unloading():
         flat.depths(loads)
 
 
+@pytest.mark.nightly
 def test_the_depth_is_far_cheaper_than_the_pressure():
     """And plan, state, file and refusals say what an estimate is of."""
     problem = mb.Contact(mb.HalfSpace(mb.Elastic(E=100, nu=0.3)), mb.Sphere(R=10), mb.Unilateral())

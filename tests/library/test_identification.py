@@ -174,7 +174,7 @@ def test_bad_data_are_refused_by_name(words, data, options):
         mb.identify(line(SOLID), data, **{"free": ("E", "ell")} | options)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_second_cylinder_determines_the_side_of_a_block():
     results = identified.solve(loads=3, scatter=0.004)
     alone, both = (np.ptp(results[name].intervals["ell"]) for name in ("large cylinder", "both"))
