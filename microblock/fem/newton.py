@@ -16,7 +16,7 @@ import numpy as np
 from ..errors import NotConverged, require, require_choice, require_finite, require_kind, require_positive
 from ..model.material import Cosserat
 from ..model.progress import counted
-from ..model.scales import classical_rise
+from ..model.scales import classical_rise, classical_rise_in_space
 from ..model.solver import SOLVED
 from ..model.types import Array, Flags
 from ..threads import bounded
@@ -221,7 +221,7 @@ class MonolithicNewton:
         return best
 
     def _first_guess(self, level: float, start: NodalState | OnMesh | None) -> Any:
-        """Returns unknowns with the prescribed values, those of a start, and the approach of first touch."""
+        """Returns unknowns with the prescribed values, those of a start, and an approach with contact."""
         unknowns = ng.GridFunction(self.space)
         supports.prescribe(self.body, unknowns.components)
         values = unknowns.vec.FV().NumPy()
@@ -260,9 +260,11 @@ class MonolithicNewton:
         ascending = distances[reached][order]
         rises = ascending - ascending[0]
         E_star = self.body.solid.E_star
-        enough = np.full(len(rises), classical_rise(load, E_star))
         if self.body.in_space:
-            enough = load / (2 * E_star * np.sqrt(np.cumsum(areas[order]) / np.pi))
+            radii = np.sqrt(np.cumsum(areas[order]) / np.pi)
+            enough = classical_rise_in_space(load, E_star, radii)
+        else:
+            enough = np.full(len(rises), classical_rise(load, E_star))
         last = np.argmax(rises >= enough) if rises[-1] >= enough[-1] else -1
         return ascending[last] + 1e-9 * max(rises[-1], self.body.solid.ell)
 

@@ -61,6 +61,13 @@ def classical_rise(load: float, modulus: float) -> float:
     return 2 * load / (np.pi * modulus)
 
 
+def classical_rise_in_space(load: float, modulus: float, radius: Array) -> Array:
+    """Returns by how much an obstacle rises within a classical contact of this radius, array (n,) (lengths),
+    under a load (force) on bodies with the joint modulus E*.
+    """
+    return load / (2 * modulus * radius)
+
+
 def _contact_length(
     body: BodyLike, obstacle: ObstacleLike, load: float | None, approach: float | None
 ) -> float | None:
@@ -144,7 +151,7 @@ def _radius(
     def is_low(radii: Array) -> Flags:
         circles = middle[:, None, None] + directions[:, None, :] * radii[:, None]
         rises = quiet_heights(obstacle, *circles).mean(axis=1) - lowest
-        required = unit if load is None else load / (2 * modulus) / radii
+        required = unit if load is None else classical_rise_in_space(load, modulus, radii)
         return required - rises > 0
 
     high = np.flatnonzero(~is_low(scales))

@@ -25,11 +25,12 @@ def draw_path(path: LoadPath, axis: Axes | None) -> Figure:
     with its events.
     """
     drawing, axis = plots.in_place(axis)
-    if path.problem.solver.in_space is None:
+    flat = path.problem.solver.in_space is None
+    if flat:
         _draw_zones(axis, path)
     for kind, events in groupby(sorted(path.events, key=lambda event: event.kind), lambda event: event.kind):
         _draw_events(axis, kind, [*events])
-    per_thickness = " per thickness" if path.problem.solver.in_space is None else ""
+    per_thickness = " per thickness" if flat else ""
     axis.set(xlabel="$x_1$ (length)", ylabel=f"load (force{per_thickness})", ylim=(0, 1.05 * path.last))
     if axis.get_legend_handles_labels()[0]:
         plots.legend_below(axis)
