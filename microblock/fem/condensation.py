@@ -137,7 +137,57 @@ class CondensedNodes(ContactNodes):
         return BodyFields(self.body, state.components, exerted)
 
 
-class Flexibility3D(MatrixFree):
+class NodalFlexibility(MatrixFree):
+    """Gaps of corners from their forces, by displacements and rotations of the blocks of nodes in space; a
+    subclass defines `surface` and `loads_from`.
+
+    Parameters
+    ----------
+    directions : array (corners, k, n)
+        Of each corner (1, lever), k = 3, or 1 where blocks have no levers.
+    """
+
+    def __init__(self, directions: Array) -> None:
+        self.directions = directions
+        self._back = np.linalg.pinv(np.moveaxis(directions, -1, 0))  # (n, k, corners)
+
+    def surface(self, forces: Array) -> Array:
+        """Returns u, and phi1 and phi2 of blocks, array (k, n), under corner forces, (corners, n)."""
+        raise NotImplementedError
+
+    def loads_from(self, surface: Array) -> Array:
+        """Returns nodal forces and moments that about leave (u, phi), arrays (k, n)."""
+        raise NotImplementedError
+
+    def resultants(self, forces: Array) -> Array:
+        """Returns nodal forces and moments, array (k, n), of corner forces, (corners, n)."""
+        return np.asarray(np.einsum("cin,cn->in", self.directions, forces))
+
+    def gaps(self, surface: Array) -> Array:
+        """Returns changes of gaps, array (corners, n), from (u, phi), (k, n)."""
+        return np.asarray(np.einsum("cin,in->cn", self.directions, surface))
+
+    def nearest_surface(self, gaps: Array) -> Array:
+        """Returns (u, phi), array (k, n), whose gaps are nearest to those given, (corners, n)."""
+        return np.asarray(np.einsum("nic,cn->in", self._back, gaps))
+
+    def __matmul__(self, forces: Array) -> Array:
+        """Returns gaps from forces, arrays (corners, n)."""
+        return self.gaps(self.surface(forces))
+
+    def on_face(self, face: Flags) -> Callable[[Array], Array]:
+        """Returns a function from gaps to forces, (corners, n), of least norm that leave about these; on all
+        corners, whatever the face.
+        """
+
+        def precondition(gaps: Array) -> Array:
+            loads = self.loads_from(self.nearest_surface(gaps))
+            return np.asarray(np.einsum("nic,in->cn", self._back, loads))
+
+        return precondition
+
+
+class Flexibility3D(NodalFlexibility):
     """Gaps of corners from their forces on contact nodes.
 
     Parameters
@@ -147,7 +197,7 @@ class Flexibility3D(MatrixFree):
     """
 
     def __init__(self, directions: Array, nodes: CondensedNodes) -> None:
-        self.directions = directions
+        super().__init__(directions)
         self.nodes = nodes
         rows = nodes.rows.tocsr()
         self._free: Flags = np.diff(rows.indptr) > 0  # not where supports hold a field
@@ -155,32 +205,19 @@ class Flexibility3D(MatrixFree):
         square = (self._rows @ self._rows.T).tocsc()
         # on curved surfaces some rows depend on others where supports hold psi
         self._inverse = splu(square + DEPENDENT * square.max() * identity(square.shape[0], format="csc"))
-        self._back = np.linalg.pinv(np.moveaxis(directions, -1, 0))  # (n, 3, corners)
-
-    def __matmul__(self, forces: Array) -> Array:
-        """Returns gaps from forces, arrays (corners, n)."""
-        return np.einsum("cin,in->cn", self.directions, self.surface(forces))
 
     def surface(self, forces: Array) -> Array:
-        """Returns (u, phi1, phi2) at the nodes, array (3, n), under corner forces, (corners, n)."""
-        return self.nodes.surface(np.einsum("cin,cn->in", self.directions, forces))
+        return self.nodes.surface(self.resultants(forces))
 
-    def on_face(self, face: Flags) -> Callable[[Array], Array]:
-        """Returns a function from gaps to forces, (corners, n), of least norm that leave about these; on all
-        corners, whatever the face.
-        """
-
-        def precondition(gaps: Array) -> Array:
-            factor = self.nodes.factor
-            surface = np.einsum("nic,cn->in", self._back, gaps).ravel()[self._free]
-            count = len(surface)
-            given = np.pad(surface, (0, self._rows.shape[0] - count))
-            reactions = factor @ (factor.T @ (self._rows.T @ self._inverse.solve(given)))
-            loads = np.zeros(len(self._free))
-            loads[self._free] = self._inverse.solve(self._rows @ reactions)[:count]
-            return np.einsum("nic,in->cn", self._back, loads.reshape(3, -1))
-
-        return precondition
+    def loads_from(self, surface: Array) -> Array:
+        factor = self.nodes.factor
+        free = surface.ravel()[self._free]
+        count = len(free)
+        given = np.pad(free, (0, self._rows.shape[0] - count))
+        reactions = factor @ (factor.T @ (self._rows.T @ self._inverse.solve(given)))
+        loads = np.zeros(len(self._free))
+        loads[self._free] = self._inverse.solve(self._rows @ reactions)[:count]
+        return loads.reshape(3, -1)
 
 
 def condensed_bytes(body: Body, seen: int, nodes: int) -> float:

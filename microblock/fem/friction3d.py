@@ -24,14 +24,13 @@ from ..contact_solvers.friction_increments import (
     SlidingSolution,
     noted_state,
 )
-from ..contact_solvers.projected_gradients import MatrixFree
 from ..errors import require
 from ..model.history import History
 from ..model.intervals import distance
 from ..model.types import Array, Flags
 from . import supports
 from .body_fields import BodyFields
-from .condensation import DEPENDENT
+from .condensation import DEPENDENT, NodalFlexibility
 from .facet_rules import ROUNDED
 from .space_boundary import SpaceBoundary
 from .state3d import SurfaceNodes
@@ -94,7 +93,7 @@ class SlidingNodes(SlidingSolution, SurfaceNodes):
         return distance(weights, p, np.hypot(*M), fields[0][0], np.hypot(*q))
 
 
-class NodeFaces(MatrixFree):
+class NodeFaces(NodalFlexibility):
     """The compliance of some nodes: a flexibility, and the ShearResponse of the faces of their blocks.
 
     Parameters
@@ -102,40 +101,25 @@ class NodeFaces(MatrixFree):
     compliance : array (k n + 2 n, k n + 2 n)
         Of u into the body, of blocks also phi1 and phi2, k = 1 or 3, and of two displacements of faces along
         the surface, under the forces that are conjugate to them.
-    directions : array (corners, k, n), as of `Flexibility3D`
+    directions : array (corners, k, n), as of `NodalFlexibility`
     """
 
     def __init__(self, compliance: Array, directions: Array) -> None:
+        super().__init__(directions)
         count = directions[0].size
-        self.directions = directions
         self._normal = compliance[:count, :count]
         self._cross = compliance[count:, :count]
         self._tangential = compliance[count:, count:]
-        self._back = np.linalg.pinv(np.moveaxis(directions, -1, 0))  # (n, k, corners)
 
-    def _resultants(self, forces: Array) -> Array:
-        """Returns nodal forces and moments, array (k n,), of corner forces, (corners, n)."""
-        return np.einsum("cin,cn->in", self.directions, forces).ravel()
+    def surface(self, forces: Array) -> Array:
+        return self._on_nodes(self._normal @ self.resultants(forces).ravel())
 
-    def _gaps(self, surface: Array) -> Array:
-        """Returns changes of gaps, array (corners, n), from (u, phi), (k n,)."""
-        return np.einsum("cin,in->cn", self.directions, surface.reshape(self.directions[0].shape))
+    def loads_from(self, surface: Array) -> Array:
+        return self._on_nodes(self._normal_inverse(surface.ravel()))
 
-    def __matmul__(self, forces: Array) -> Array:
-        """Returns gaps from forces, arrays (corners, n)."""
-        return self._gaps(self._normal @ self._resultants(forces))
-
-    def on_face(self, face: Flags) -> Callable[[Array], Array]:
-        """Returns a function from gaps to forces, (corners, n), of least norm that leave about these; on all
-        corners, whatever the face.
-        """
-        shape = self.directions[0].shape
-
-        def precondition(gaps: Array) -> Array:
-            surface = np.einsum("nic,cn->in", self._back, gaps).ravel()
-            return np.einsum("nic,in->cn", self._back, self._normal_inverse(surface).reshape(shape))
-
-        return precondition
+    def _on_nodes(self, values: Array) -> Array:
+        """Returns values of u and phi, array (k n,), as (k, n)."""
+        return values.reshape(self.directions[0].shape)
 
     def settled(self, forces: Array, g0: Array, slope: Array) -> Array:
         return with_least_work(forces, g0)
@@ -155,10 +139,10 @@ class NodeFaces(MatrixFree):
         return self._tangential_inverse(displacement.ravel()).reshape(2, -1)
 
     def raised(self, tangential: Array) -> Array:
-        return self._gaps(tangential.ravel() @ self._cross)
+        return self.gaps(self._on_nodes(tangential.ravel() @ self._cross))
 
     def dragged(self, forces: Array) -> Array:
-        return (self._cross @ self._resultants(forces)).reshape(2, -1)
+        return (self._cross @ self.resultants(forces).ravel()).reshape(2, -1)
 
 
 def _inverse(matrix: Array) -> Callable[[Array], Array]:

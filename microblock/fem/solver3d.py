@@ -65,8 +65,7 @@ class FlexibilityOfTwo(Flexibility3D):
         """Returns the part of gaps that no displacement and rotation of the first body's blocks leaves,
         arrays (corners, n): it can only be the second one's.
         """
-        surface = np.einsum("nic,cn->in", self._back, gaps)
-        return np.asarray(gaps - np.einsum("cin,in->cn", self.directions, surface))
+        return gaps - self.gaps(self.nearest_surface(gaps))
 
     @cached_property
     def _against_twists(self) -> float:
