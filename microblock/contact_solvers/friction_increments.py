@@ -214,12 +214,13 @@ class FrictionIncrements:
                 self.H, self.g0 + raised, load=load, start=forces, rtol=self.residual
             )
             forces = pressed.forces
+            radii = self.friction * forces.sum(axis=0)
             dragged = self.faces.dragged(forces)
             slid = slide(  # 2
                 SlidingProblem(
                     self.faces.moved,
                     self.faces.inverse,
-                    self.friction * forces.sum(axis=0),
+                    radii,
                     dragged + before.apart,
                     shear,
                     self.friction,
@@ -244,8 +245,7 @@ class FrictionIncrements:
                 f"after {ALTERNATIONS} alternations: take a smaller friction or coupled=False",
                 iterations=ALTERNATIONS,
             )
-        touching = forces.sum(axis=0) > 0
-        radii = self.friction * forces.sum(axis=0)
+        touching = radii > 0
         after = Increment(
             load=load,
             shear=shear,

@@ -80,17 +80,12 @@ class SlidingNodes(SlidingSolution, SurfaceNodes):
 
     def change(self, coarse: "SlidingNodes") -> float:
         """Returns the relative L2 change of p, M/ell and q/f from a solution on the same nodes."""
-        fields = [
-            (
-                solution.pressures.sum(axis=0),
-                solution.micromoment / solution.solver.solid.ell,
-                solution.shear_traction / solution.solver.law.friction,
-            )
-            for solution in (self, coarse)
-        ]
-        p, M, q = (fine - before for fine, before in zip(*fields))
-        weights = self.areas * SpaceBoundary(self).norm_weights(self.nodes.points)
-        return distance(weights, p, np.hypot(*M), fields[0][0], np.hypot(*q))
+        boundary = SpaceBoundary(self)
+        p, *others = boundary.nodal - SpaceBoundary(coarse).nodal
+        M = np.hypot(*others[:2])
+        q = np.hypot(*others[2:])
+        weights = self.areas * boundary.norm_weights(self.nodes.points)
+        return distance(weights, p, M, self.pressures.sum(axis=0), q)
 
 
 class NodeFaces(NodalFlexibility):
