@@ -23,7 +23,7 @@ from microblock.fem import meshes3d
 from . import SEED, bodies_in_space, scenes_in_space
 from .judging import Case
 from .obstacles import log
-from .scenes_in_space import EXACT, HALF_SPACE, R, contact_on
+from .scenes_in_space import EXACT, HALF_SPACE, R, contact_in_units, contact_on
 
 FINER = 0.6  # length of facets of the reference
 SAME = 1e-3  # of states that are alike: residuals are 1e-7, and stick ends at another node where one is close
@@ -93,9 +93,7 @@ def fields_of(state, places):
 
 def unbalanced(state):
     """How far the supports are off from the loads, and the energy from that of the fields."""
-    body = state.fields.body
-    held = "|".join(sorted({pattern for pattern in body.fixed.values() if pattern}))
-    force = state.fields.reaction(held).force
+    force = scenes_in_space.reaction_of(state).force
     given = np.array((*state.shear, -state.load))
     given[:2] = np.where(state.solution.followed.given, given[:2], -force[:2])
     off = np.abs(force + given).max() / state.load
@@ -149,12 +147,7 @@ def finer(rng):
     words, mesh, order, size = scenes_in_space.cells(rng, bodies_in_space.block, classical)
     name = ("block", "block", "layered", "cylinder", "holed")[rng.integers(5)]
     if name == "layered":
-        layer = rng.uniform(0.4, 1.0)
-        stiff = log(rng, 0.2, 5)
-        base = mb.Elastic(stiff, 0.3) if classical else mb.Cosserat(stiff, 0.3, ell=solid.ell, beta=1)
-        solid = {"base": base, "coating": solid}
-        of_rows = mesh
-        mesh = lambda size: bodies_in_space.layered(of_rows(size), layer)  # noqa: E731
+        mesh, solid = scenes_in_space.layered(rng, mesh, solid, classical)
     if name in ("cylinder", "holed"):
         mesh = getattr(bodies_in_space, name)
         words, order, size = "tetrahedra 1", 1, min(size, 0.35)
@@ -206,16 +199,7 @@ def invariance(rng):
         return contact.history(loads / 2).states, 0.5, 1.0, np.eye(2)
 
     def units():
-        material = mb.Cosserat(solid.E * stress, solid.nu, ell=solid.ell * length, beta=solid.beta)
-        other = bodies_in_space.moved(mesh, lambda x: x * length)
-        contact = contact_on(
-            lambda size: other,
-            material,
-            order,
-            lambda x, y: length * height(x / length, y / length),
-            law,
-            1.0,
-        )
+        contact = contact_in_units(mesh, solid, order, height, law, length, stress)
         return contact.history(loads * stress * length**2).states, stress * length**3, length, np.eye(2)
 
     def verify(states):

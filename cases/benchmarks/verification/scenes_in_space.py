@@ -139,14 +139,18 @@ def points(body):
 def unbalanced(state):
     """How far pressures are off from what carries the load and its moments, and tension."""
     forces = (state.weights * state.pressure)[:, None] * -state.normals
-    body = state.fields.body
-    held = "|".join(sorted({pattern for pattern in body.fixed.values() if pattern}))
-    reaction = state.fields.reaction(held)
+    reaction = reaction_of(state)
     arms = np.ptp(state.points, axis=0).max()
     off = [state.load + forces[:, 2].sum(), *(reaction.force + forces.sum(axis=0))]
     moments = reaction.moment + np.cross(state.points, forces).sum(axis=0) + couple(state)
     tension = min(np.min(p, initial=0.0) for p in state.pressures.values()) / state.pressure.max()
     return max(np.abs(off).max() / state.load, np.abs(moments).max() / (state.load * arms), -tension)
+
+
+def reaction_of(state):
+    """The Reaction of all supports."""
+    patterns = {pattern for pattern in state.fields.body.fixed.values() if pattern}
+    return state.fields.reaction("|".join(sorted(patterns)))
 
 
 def couple(state):
@@ -233,6 +237,14 @@ def cells(rng, rows, classical=True):
     order = int(rng.integers(1, 3))
     size = log(rng, 0.25, 0.4) * (1, 1.6 if classical else 2.1)[order - 1]
     return f"tetrahedra {order}", lambda size: bodies_in_space.cut(rows(size)), order, size
+
+
+def layered(rng, mesh, solid, classical):
+    """(Mesh of facets of a length, solids) of a body whose coating of a solid lies on another one."""
+    layer = rng.uniform(0.4, 1.0)
+    stiff = log(rng, 0.2, 5)
+    base = mb.Elastic(stiff, 0.3) if classical else mb.Cosserat(stiff, 0.3, ell=solid.ell, beta=1)
+    return lambda size: bodies_in_space.layered(mesh(size), layer), {"base": base, "coating": solid}
 
 
 def contact_on(mesh, solid, order, obstacle, law, size, method=None, fixed="bottom", contact="contact"):
@@ -324,12 +336,7 @@ def finer(rng, rtol=None):
         mesh = lambda size: bodies_in_space.cut(bodies_in_space.block(size))  # noqa: E731
     solid = solid_of(rng, classical)
     if name == "layered":
-        layer = rng.uniform(0.4, 1.0)
-        of_rows = mesh
-        mesh = lambda size: bodies_in_space.layered(of_rows(size), layer)  # noqa: E731
-        stiff = log(rng, 0.2, 5)
-        base = mb.Elastic(stiff, 0.3) if classical else mb.Cosserat(stiff, 0.3, ell=solid.ell, beta=1)
-        solid = {"base": base, "coating": solid}
+        mesh, solid = layered(rng, mesh, solid, classical)
     if name in ("cylinder", "holed"):
         mesh = getattr(bodies_in_space, name)
         order = min(order, 2)
@@ -452,19 +459,25 @@ def invariance(rng):
     return Case(f"{kind} {name} {law} order {order} unit {length:.0e} {stress:.0e}", SAME, solve, verify)
 
 
-def in_units(state, mesh, solid, order, height, law, load, length, stress):
-    """How far the state in other units differs."""
+def contact_in_units(mesh, solid, order, height, law, length, stress):
+    """The Contact on a mesh in other units: so many lengths and stresses are one."""
     material = {"E": solid.E * stress, "nu": solid.nu}
     if not isinstance(solid, mb.Elastic):
         material |= {"ell": solid.ell * length, "beta": solid.beta}
-    twin = contact_on(
+    return contact_on(
         lambda size: bodies_in_space.moved(mesh, lambda x: x * length),
         type(solid)(**material),
         order,
         lambda x, y: length * height(x / length, y / length),
         law,
         1.0,
-    ).solve(load=load * stress * length**2)
+    )
+
+
+def in_units(state, mesh, solid, order, height, law, load, length, stress):
+    """How far the state in other units differs."""
+    contact = contact_in_units(mesh, solid, order, height, law, length, stress)
+    twin = contact.solve(load=load * stress * length**2)
     return differences(
         (twin.pressure / stress - state.pressure, state.pressure),
         ((twin.micromoment / (stress * length) - state.micromoment) / state.solid.ell, state.pressure),
