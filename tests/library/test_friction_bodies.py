@@ -9,6 +9,7 @@ from scipy.linalg import block_diag
 
 import microblock as mb
 from cases.benchmarks.verification import friction_in_space, judging
+from cases.benchmarks.verification.bodies_in_space import moved
 from microblock.contact_solvers.projected_gradients import solve_matrix_free
 from microblock.data.records import read_records
 from microblock.fem import friction3d, meshes, meshes3d, recovery
@@ -25,13 +26,6 @@ STEP = 0.25
 ROUGHLY = 1e-5  # residuals of increments are 1e-7, and ten times that where alternations end
 
 
-def moved(mesh, change):
-    """A mesh whose coordinates are changed."""
-    netgen = mesh.ngmesh.Copy()
-    netgen.Coordinates()[:] = np.column_stack(change(*netgen.Coordinates().T))
-    return ng.Mesh(netgen)
-
-
 def block(half=False, turn=0.0, solid=SOLID):
     """A block, or its half x2 > 0, turned about x3."""
     across = meshes3d.graded(reach=1.25, step=STEP, far=2.0, growth=2.0)
@@ -39,7 +33,7 @@ def block(half=False, turn=0.0, solid=SOLID):
     down = meshes3d.graded(reach=STEP, step=STEP, far=2.0, growth=1.8)
     mesh = meshes3d.block(whole, across if half else whole, -down[::-1], reach=1.25)
     c, s = np.cos(turn), np.sin(turn)
-    turned = moved(mesh, lambda x, y, z: (x * c - y * s, x * s + y * c, z))
+    turned = moved(mesh, lambda points: points @ ((c, s, 0), (-s, c, 0), (0, 0, 1)))
     planes = {"x2": "front"} if half else {}
     return mb.Body(turned, solid, order=1, fixed=meshes3d.supports("bottom", **planes))
 
@@ -260,7 +254,7 @@ def test_contact_beyond_the_candidates_is_followed(monkeypatch):
 def test_what_is_out_of_scope_is_said():
     body = block(half=True)
     x = np.linspace(-1, 1, 3)
-    over = moved(meshes3d.block(x, x + 1, x - 1), lambda x, y, z: (x, y, -z))
+    over = moved(meshes3d.block(x, x + 1, x - 1), lambda points: points * (1, 1, -1))
     above = mb.Body(over, SOLID, order=1, fixed="bottom")
     with pytest.raises(mb.BadArgument, match="must have Q2 = 0"):
         mb.Contact(body, SPHERE, POINTS).history([(1, 0, 0.1)])
@@ -270,7 +264,7 @@ def test_what_is_out_of_scope_is_said():
         mb.Contact(body, mb.Deformable(above), POINTS).history([(1, 0, 0)])
     with pytest.raises(mb.BadArgument, match=r"in space by Condensed\(\)"):
         mb.Contact(body, SPHERE, POINTS, mb.Newton()).history([(1, 0, 0)])
-    slope = moved(meshes3d.block(x, x, x - 1), lambda x, y, z: (x, y, z + 0.1 * x))
+    slope = moved(meshes3d.block(x, x, x - 1), lambda points: points @ ((1, 0, 0.1), (0, 1, 0), (0, 0, 1)))
     tilted = mb.Body(slope, SOLID, order=1, fixed="bottom")
     with pytest.raises(mb.BadArgument, match="must be level"):
         mb.Contact(tilted, SPHERE, POINTS).history([(1, 0, 0)])
