@@ -128,21 +128,23 @@ class SurfaceFrictionSolver:
         """Returns the solutions at the given loads on so many cells a side."""
         self._require_short(count)
         grid = window.with_count(count)
-        followed = self._friction_increments(grid)
+        cells = self._shear_cells(grid)
+        alone = cells if cells.second is None else replace(cells, second=None)
+        followed = self._friction_increments(grid, cells)
         ends = followed.follow(self.loads, count)
-        return [self._solution(grid, followed, increment) for increment in ends]
+        return [self._solution(followed, alone, increment) for increment in ends]
 
-    def _friction_increments(self, grid: Grid) -> FrictionIncrements:
+    def _friction_increments(self, grid: Grid, cells: ShearCells) -> FrictionIncrements:
         solver = self.solver
         H, g0 = solver.prepared(grid)
-        faces = ShearedFaces(H, self._shear_cells(grid, with_second=True))
+        faces = ShearedFaces(H, cells)
         residual = max(RESIDUAL, solver.options.residual)
         return FrictionIncrements(H, g0, faces, float(solver.law.friction), self.coupled, residual)
 
-    def _shear_cells(self, grid: Grid, with_second: bool) -> ShearCells:
+    def _shear_cells(self, grid: Grid) -> ShearCells:
         """Returns the ShearCells of the body, or of both bodies."""
         solver = self.solver
-        second = solver.second if with_second else None
+        second = solver.second
         return ShearCells(
             symbol=partial(self._symbol, solver.solid),
             length=solver.solid.ell,
@@ -169,14 +171,17 @@ class SurfaceFrictionSolver:
             return shear_of_clamped(solid, k)
         return shear_of_points(solid, k) if len(self.solver.offsets) == 1 else shear_of_blocks(solid, k)
 
-    def _solution(self, grid: Grid, followed: FrictionIncrements, increment: Increment) -> SlidingCells:
-        """Returns the solution at an increment."""
+    def _solution(
+        self, followed: FrictionIncrements, alone: ShearCells, increment: Increment
+    ) -> SlidingCells:
+        """Returns the solution at an increment; `alone` are the cells without a second body."""
         solver = self.solver
+        grid = alone.grid
         H = followed.H
         half = solver.solid.ell / 2
         surface = H.surface(increment.forces)
         phi, m = H.rotations_and_moments(increment.forces, surface)
-        lifted = self._shear_cells(grid, with_second=False).lifted(increment.tangential)
+        lifted = alone.lifted(increment.tangential)
         if solver.law.clamps_rotation:
             m = m + lifted[1:]
         else:
@@ -185,7 +190,7 @@ class SurfaceFrictionSolver:
             m = m - increment.tangential
         opposite = np.zeros(grid.places[0].shape)
         if solver.second is not None:
-            both = self._shear_cells(grid, with_second=True).lifted(increment.tangential)[0]
+            both = followed.faces.raised(increment.tangential)[0]
             opposite = H.second.above(increment.forces) + both - lifted[0]
         return SlidingCells(
             solver,
