@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from ..errors import BadArgument, require, require_choice
-from .types import Array
+from .types import Array, Flags
 
 BELOW = ("von_mises", "max_shear", "tension")
 QUANTITIES = ("pressure", *BELOW)
@@ -128,7 +128,9 @@ def _below(state: Any, quantity: str) -> Peak:
     first[..., -1] -= depths
     found = values(first.reshape(-1, first.shape[-1])).reshape(first.shape[:-1])
     results = []
-    for number in _apart(places, found.max(axis=1), 1.5 * spacing):
+    highest = found.max(axis=1)
+    rivals = highest >= min(highest.max(), RIVAL * highest.max())
+    for number in _apart(places, highest, rivals, 1.5 * spacing, STARTS):
         depth = int(found[number].argmax())
         steps = np.full(places.shape[1], spacing)
         steps[-1] = -max(depths[depth] / 2, 10 * closest)
@@ -148,16 +150,17 @@ def _below(state: Any, quantity: str) -> Peak:
     return Peak(-float(best.fun), tuple(best.x.tolist()), bool(resolved))
 
 
-def _apart(places: Array, values: Array, distance: float) -> list[int]:
-    """Returns numbers of places, array (k, dim), of the largest values, array (k,), first, and of rivals at a
-    distance from those before.
+def _apart(places: Array, values: Array, eligible: Flags, distance: float, most: int) -> list[int]:
+    """Returns numbers of eligible places, array (k, dim), the largest value, array (k,), first, each at a
+    distance from those before, at most so many.
     """
     chosen: list[int] = []
-    for number in np.argsort(-values, kind="stable").tolist():
-        if chosen and values[number] < RIVAL * values[chosen[0]] or len(chosen) == STARTS:
-            break
-        if all(np.hypot(*np.pad(places[number] - places[other], (0, 1))[:2]) > distance for other in chosen):
-            chosen.append(number)
+    order = np.argsort(-values, kind="stable")
+    left = order[eligible[order]]
+    while len(left) and len(chosen) < most:
+        chosen.append(int(left[0]))
+        beside = (places[left] - places[left[0]])[:, :2]
+        left = left[np.hypot(*beside.T) > distance]
     return chosen
 
 
@@ -173,14 +176,8 @@ def _verticals(state: Any, closed: Array, extent: float) -> Array:
     grid = np.stack([part.ravel() for part in np.meshgrid(*axes)], axis=1)
     nearest = [int(((state.points[:, :-1] - place) ** 2).sum(axis=1).argmin()) for place in grid]
     grid = np.column_stack((grid, state.points[nearest, -1]))
-    summits: list[Array] = []
-    apart = extent / ACROSS[dim]
-    for number in np.argsort(-state.pressure, kind="stable"):
-        point = state.points[number]
-        if len(summits) == SUMMITS or not state.pressure[number] > 0:
-            break
-        if all(np.hypot(*(point - other)[:2]) > apart for other in summits):
-            summits.append(point)
+    pressed = state.pressure > 0
+    summits = list(state.points[_apart(state.points, state.pressure, pressed, extent / ACROSS[dim], SUMMITS)])
     if state.flat:
         edges = np.unique(np.concatenate([np.ravel(zones) for zones in state.zones.values()]))
         summits += [np.array((edge, np.interp(edge, state.x, state.points[:, 1]))) for edge in edges]
