@@ -147,6 +147,15 @@ class CellLoads:
         return start[there], end[there], side[there], values[:, there]
 
 
+def lesser_slopes(after: Array, axis: int) -> Array:
+    """Returns the lesser of the slopes to the next cell along an axis, `after`, and to the one before, 0
+    where they have different signs: arrays of one shape.
+    """
+    before = np.roll(after, 1, axis)
+    lesser = np.sign(after) * np.minimum(np.abs(after), np.abs(before))
+    return np.where(after * before > 0, lesser, 0.0)
+
+
 def cell_loads(
     left: Array, right: Array, means: Array, pressed: Flags, period: float | None = None
 ) -> CellLoads:
@@ -162,9 +171,7 @@ def cell_loads(
     joined = pressed & np.roll(pressed, -1) & (np.abs(beside - right) < SAME_PLACE * width)
     rise = np.roll(means, -1, axis=1) - means
     after = np.where(joined, 2 * rise / (width + np.roll(width, -1)), 0.0)
-    before = np.roll(after, 1, axis=1)
-    lesser = np.sign(after) * np.minimum(np.abs(after), np.abs(before))
-    half = np.where(after * before > 0, lesser, 0.0) * width / 2
+    half = lesser_slopes(after, 1) * width / 2
     loaded = np.any(means != 0, axis=0)
     at_ends = np.stack((means - half, means + half), axis=2)
     return CellLoads(left[loaded], right[loaded], at_ends[:, loaded], period)

@@ -24,6 +24,7 @@ from numpy.typing import ArrayLike
 from ..contact_solvers.fft_compliance import Grid
 from ..errors import BadArgument
 from ..halfplane.subsurface import modes
+from ..halfplane.surface_loads import SHALLOWEST, lesser_slopes
 from ..model.fields import SpaceFields, points
 from ..model.material import Cosserat
 from ..model.quadrature import gauss_rule, in_blocks, lagrange
@@ -33,7 +34,6 @@ from .kernels import SCALES, Radial
 
 SPLIT = 4.0  # widths of a part of a cell, within which of the point it is cut into four
 MIDPOINT = 64.0  # widths, beyond which a cell acts at its centre
-SHALLOWEST = 1e-3  # widths of a cell, above which tractions on cells mean nothing
 NODES_OF_PIECE = 8  # in a piece of distances: 1e-7 of kernels
 PIECE_RATIO = 1.5  # ratio of the ends of a piece
 CHEBYSHEV = (1 - np.cos(np.pi * (np.arange(NODES_OF_PIECE) + 0.5) / NODES_OF_PIECE)) / 2
@@ -335,9 +335,7 @@ def square_loads(grid: Grid, means: Array, periodic: bool) -> SquareLoads:
         if not periodic:
             joined[(slice(None),) * axis + (-1,)] = False
         after = np.where(joined, np.roll(means, -1, axis + 1) - means, 0.0) / grid.width
-        before = np.roll(after, 1, axis + 1)
-        lesser = np.sign(after) * np.minimum(np.abs(after), np.abs(before))
-        slopes.append(np.where(after * before > 0, lesser, 0.0))
+        slopes.append(lesser_slopes(after, axis + 1))
     loaded = np.any(means != 0, axis=0)
     places = np.array(grid.places)[:, loaded]
     return SquareLoads(
