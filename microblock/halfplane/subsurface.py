@@ -13,6 +13,7 @@ period the sources' images are a geometric series, 1/(1 - exp(i k period)); the 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -137,7 +138,7 @@ class HalfPlaneBelow:
         u1 = FIELD_NAMES.index("u1")
         u2 = FIELD_NAMES.index("u2")
         if self.period is not None:
-            return fields + self._of_mean_loads(x1, x2)
+            return fields + self._of_mean_loads(x2)
         # the path leaves out the arc around k = 0, where u1 -> i (1 - 2 nu) p/(2 mu k) and u2 the same of q
         fields[u1] -= (1 - 2 * solid.nu) / (8 * solid.mu) * p_difference[0].real
         fields[u2] -= (1 - 2 * solid.nu) / (8 * solid.mu) * q_difference[0].real
@@ -179,15 +180,20 @@ class HalfPlaneBelow:
             transforms /= -np.expm1(1j * path.k * self.period)
         return transforms
 
-    def _of_mean_loads(self, x1: float, x2: Array) -> Array:
+    @cached_property
+    def _mean_loads(self) -> Array:
+        """p, M and q, means over a period, array (3,)."""
+        assert self.period is not None
+        # each source has an image to the left of a point and one to the right
+        sums = [weights[::2].sum(axis=1) for loads in self.loads for _, weights in loads.sources(0.0, 1.0, 2)]
+        return np.sum([*sums, np.zeros(3)], axis=0) / (2 * self.period)
+
+    def _of_mean_loads(self, x2: Array) -> Array:
         """Returns the fields of the mean loads of a period, without strain along x1 and displacement of the
         surface, at depths x2, array (n,): array (fields, n).
         """
-        assert self.period is not None
         solid = self.solid
-        # each source has an image to the left of x1 and one to the right
-        means = [weights[::2].sum(axis=1) for loads in self.loads for _, weights in loads.sources(x1, 1.0, 2)]
-        p, M, q = np.sum([*means, np.zeros(3)], axis=0) / (2 * self.period)
+        p, M, q = self._mean_loads
         couple = solid.curvature * solid.ell**2 * solid.mu
         rate = 1 / solid.layer_length
         if self.clamped:
