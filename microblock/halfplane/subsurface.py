@@ -14,13 +14,13 @@ period the sources' images are a geometric series, 1/(1 - exp(i k period)); the 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import BadArgument, require_whole
-from ..model.fields import PointFields, points
+from ..model.fields import FieldsBelow, PointFields, points
 from ..model.material import Cosserat
 from ..model.problem import Problem
 from ..model.quadrature import gauss_rule, in_blocks
@@ -34,6 +34,8 @@ FIELD_NAMES = ("psi", "theta", "theta_slope", "u1", "u2", "s11", "s12", "s21", "
 IMAGINARY_OF_P = ("psi", "theta", "theta_slope", "u1", "s12", "s21", "m2")  # and real of M; others conversely
 MIRRORED = ("psi", "theta", "u2", "s12", "s21", "m1")  # change sign with x2
 DIAGONAL = np.exp(0.25j * np.pi)
+
+Loads = TypeVar("Loads")
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,30 +55,42 @@ class Path(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class HalfPlaneBelow:
-    """The fields of loads on a half-plane: ``below(x1, x2)``.
+class BelowSurface(Generic[Loads]):
+    """Base of the fields of loads on a half-plane or half-space.
 
     Attributes
     ----------
     solid : Cosserat
     clamped : bool
         Whether psi = 0 on the whole surface, with whatever moments.
-    loads : sequence of SurfaceLoads
-        Of which the tractions are the sum.
+    loads : Loads
     period : float or None
     upper : bool
-        Whether it is the half-plane x2 > 0, with the same loads on its surface: pressures, and q as it acts
+        Whether the body is the upper half, with the same loads on its surface: pressures, and q as it acts
         on it.
-    second : HalfPlaneBelow or None
+    second : FieldsBelow or None
         Of the second body, where there is one.
     """
 
     solid: Cosserat
     clamped: bool
-    loads: Sequence[SurfaceLoads]
+    loads: Loads
     period: float | None = None
     upper: bool = False
-    second: "HalfPlaneBelow | None" = None
+    second: FieldsBelow | None = None
+
+    def lowered(self, name: str, up: Array, shallowest: float) -> Array:
+        """Returns coordinates along the normal as those of a lower half, arrays (n,), at least so far below
+        the surface; raises BadArgument of this name beyond it.
+        """
+        down = -up if self.upper else up
+        if not np.all(down <= 0):
+            raise BadArgument(name, up, f"must not be {'below' if self.upper else 'above'} the surface")
+        return np.minimum(down, -shallowest)
+
+
+class HalfPlaneBelow(BelowSurface[Sequence[SurfaceLoads]]):
+    """The fields of loads on a half-plane, of which the tractions are the sum: ``below(x1, x2)``."""
 
     @property
     def resolved(self) -> float:
@@ -93,11 +107,7 @@ class HalfPlaneBelow:
         """
         require_whole(1, 100, accuracy=accuracy)
         (x1, x2), shape = points(x1, x2)
-        sign = -1.0 if self.upper else 1.0
-        if not np.all(sign * x2 <= 0):
-            raise BadArgument("x2", x2, f"must not be {'below' if self.upper else 'above'} the surface")
-        shallowest = min(loads.shallowest for loads in self.loads)
-        depth = np.minimum(sign * x2, -shallowest)
+        depth = self.lowered("x2", x2, min(loads.shallowest for loads in self.loads))
         values = np.empty((len(FIELD_NAMES), len(x1)))
         for abscissa in np.unique(x1):
             on_line = x1 == abscissa

@@ -22,8 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact_solvers.fft_compliance import Grid
-from ..errors import BadArgument
-from ..halfplane.subsurface import modes
+from ..halfplane.subsurface import BelowSurface, modes
 from ..halfplane.surface_loads import SHALLOWEST, lesser_slopes
 from ..model.fields import SpaceFields, points
 from ..model.material import Cosserat
@@ -349,30 +348,8 @@ def joined(parts: Sequence[SquareLoads]) -> SquareLoads:
     return SquareLoads(*(np.concatenate([vars(part)[name] for part in parts], axis=-1) for name in names))
 
 
-@dataclass(frozen=True, eq=False)
-class HalfSpaceBelow:
-    """The fields of loads on a half-space: ``below(x1, x2, x3)``.
-
-    Attributes
-    ----------
-    solid : Cosserat
-    clamped : bool
-        Whether psi = 0 on the whole surface, with whatever moments.
-    loads : SquareLoads
-    period : float or None
-    upper : bool
-        Whether it is the half-space x3 > 0, with the same loads on its surface: pressures, and q as it acts
-        on it.
-    second : HalfSpaceBelow or None
-        Of the second body, where there is one.
-    """
-
-    solid: Cosserat
-    clamped: bool
-    loads: SquareLoads
-    period: float | None = None
-    upper: bool = False
-    second: "HalfSpaceBelow | None" = None
+class HalfSpaceBelow(BelowSurface[SquareLoads]):
+    """The fields of loads on a half-space: ``below(x1, x2, x3)``."""
 
     @property
     def resolved(self) -> float:
@@ -387,10 +364,7 @@ class HalfSpaceBelow:
         Points above a thousandth of it are moved there.
         """
         (x1, x2, x3), shape = points(x1, x2, x3)
-        sign = -1.0 if self.upper else 1.0
-        if not np.all(sign * x3 <= 0):
-            raise BadArgument("x3", x3, f"must not be {'below' if self.upper else 'above'} the surface")
-        depth = np.minimum(sign * x3, -self.loads.shallowest)
+        depth = self.lowered("x3", x3, self.loads.shallowest)
         places, numbers = np.unique((x1, x2), axis=1, return_inverse=True)
         components = np.empty((len(TURNS), len(x1)), complex)
         kernels: dict[float, tuple[Radial, AnyArray]] = {}
