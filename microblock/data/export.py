@@ -12,6 +12,7 @@ from scipy.spatial import Delaunay
 
 from ..errors import BadArgument, MissingExtra, require_kind, require_place, writing
 from ..model.events import Event, LoadPath
+from ..model.fields import halves
 from ..model.history import History
 from ..model.intervals import contains
 from ..model.state import State
@@ -235,16 +236,17 @@ def _write_grid(state: State, path: Path) -> None:
     grid = np.meshgrid(middle + reach * np.linspace(-1, 1, 81), -2 * reach * np.linspace(1, 0, 41) ** 2)
     x1 = grid[0].ravel()
     down = grid[1].ravel()
-    fields = state.fields(x1, down) if state.flat else state.fields(x1, state.centre[1], down)
+    places = (x1, down) if state.flat else (x1, np.full_like(x1, state.centre[1]), down)
+    fields = state.fields(*places)
     zero = np.zeros_like(x1)
-    points = (x1, down, zero) if state.flat else (x1, zero + state.centre[1], down)
     data = {
         "u": np.column_stack((*fields.u, zero)[:3]),
         "psi": fields.psi.T,
         "stress": fields.stress.reshape(-1, len(x1)).T,
         "couple_stress": fields.couple_stress.reshape(-1, len(x1)).T,
     }
-    _write(path, np.column_stack(points), "triangle", _triangles(x1, down), data)
+    triangles = halves(np.arange(x1.size).reshape(grid[0].shape))
+    _write(path, np.column_stack((*places, zero)[:3]), "triangle", triangles, data)
 
 
 def _write_mesh(fields: Any, path: Path) -> None:
