@@ -33,7 +33,8 @@ NO_BOUND = "has no bound there: the obstacle has an edge or a tip"
 
 class Peak(NamedTuple):
     """The largest value of a quantity, its place, x1 and x2, in space x3, and whether it is resolved: not
-    within two and a half cells of the surface, where finer cells may have more.
+    where finer cells may have more, within two and a half cells of the surface, and as a pressure that is
+    convex a cell or two to both sides, as at a tip.
     """
 
     value: float
@@ -51,12 +52,31 @@ def peak(state: Any, quantity: str) -> Peak:
         return _below(state, quantity)
     if not state.flat:  # linear between its points
         best = int(np.argmax(state.pressure))
-        return Peak(float(state.pressure[best]), tuple(state.points[best].tolist()))
+        place = state.points[best]
+        return Peak(float(state.pressure[best]), tuple(place.tolist()), _resolves(state, place))
     value, place = _of_pressure(state)
     beside = place[0] + float(np.ptp(state.zones["contact"])) * np.multiply.outer(DECADES, (-1, 1))
     pressures = state.pressure_at(beside.ravel()).reshape(-1, 2).max(axis=1)
     require(not _grows(pressures, value), "quantity", quantity, NO_BOUND)
-    return Peak(value, tuple(place.tolist()))
+    return Peak(value, tuple(place.tolist()), _resolves(state, place))
+
+
+def _resolves(state: Any, place: Array) -> bool:
+    """Returns whether cells, if it has any, resolve the largest pressure of a state at its place, array
+    (dim,): they round off a tip, to both sides of which pressures are convex.
+    """
+    if state.method != "cells":
+        return True
+    dim = len(place)
+    best = int(np.argmax(state.pressure))
+    width = float(state.weights[best]) ** (1 / (dim - 1))
+    ways = np.eye(dim)[:-1]
+    beside = place + width * np.multiply.outer(np.arange(-3, 4), ways)
+    places = beside.reshape(-1, dim)
+    pressures = state.pressure_at(places[:, 0] if state.flat else places).reshape(len(beside), -1)
+    convex = np.diff(pressures, 2, axis=0) > UNBOUNDED * state.pressure[best]
+    # one and two cells to either side
+    return not bool((convex[:2].any(axis=0) & convex[-2:].any(axis=0)).any())
 
 
 def _of_pressure(state: Any) -> tuple[float, Array]:

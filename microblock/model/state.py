@@ -570,8 +570,9 @@ class State(PlainData):
         Peak
             A tuple of `value` (stress), `place`, (x1, x2), in three dimensions (x1, x2, x3) (lengths), and
             `resolved`: on cells the search ends half a cell below the surface, and False says that finer
-            cells may have more, as the place is at most two and a half cells below it. Below rough obstacles
-            it begins at the dozen largest pressures and at points between.
+            cells may have more, as the place is at most two and a half cells below it, or the pressure is
+            convex on both sides, as at a tip. Below rough obstacles it begins at the dozen largest pressures
+            and at points between.
 
         Raises
         ------

@@ -350,6 +350,23 @@ def test_a_peak_below_the_tip_of_a_cone_is_not_resolved_by_cells():
     assert not any(peak.resolved for peak in peaks)
 
 
+@pytest.mark.parametrize("law", [mb.Unilateral(), mb.Microblock()])
+@pytest.mark.parametrize("nodes", [64, 65])
+def test_cells_do_not_resolve_the_pressure_below_a_tip(law, nodes):
+    """It has no bound, and cells, of which an edge or a centre lies below the tip, do not know its jump: none
+    is given. With blocks it acts at the corners. Below a cylinder they find the largest pressure.
+    """
+    tip = mb.Obstacle(lambda x: 0.1 * np.abs(x), kinks=(0.0,))
+    assert not pressed(LINE, tip, law, nodes).peak("pressure").resolved
+    assert pressed(LINE, CYLINDER, law, nodes).peak("pressure").resolved
+
+
+def test_cells_do_not_resolve_the_pressure_below_a_cone():
+    tip = mb.Obstacle(lambda x1, x2: 0.1 * np.hypot(x1, x2))
+    assert not pressed(SPACE, tip, mb.Unilateral(), 32).peak("pressure").resolved
+    assert pressed(SPACE, mb.Sphere(R=10), mb.Unilateral(), 32).peak("pressure").resolved
+
+
 def test_a_peak_at_the_surface_of_cells_is_not_resolved():
     """The tension beside the contact of blocks is at the surface: panels find twice that below cells."""
     on_cells = pressed(LINE, CYLINDER, mb.Microblock(), 256).peak("tension")
