@@ -130,13 +130,13 @@ class SurfaceFrictionSolver:
         grid = window.with_count(count)
         cells = self._shear_cells(grid)
         alone = cells if cells.second is None else replace(cells, second=None)
-        followed = self._friction_increments(grid, cells)
+        followed = self._friction_increments(cells)
         ends = followed.follow(self.loads, count)
         return [self._solution(followed, alone, increment) for increment in ends]
 
-    def _friction_increments(self, grid: Grid, cells: ShearCells) -> FrictionIncrements:
+    def _friction_increments(self, cells: ShearCells) -> FrictionIncrements:
         solver = self.solver
-        H, g0 = solver.prepared(grid)
+        H, g0 = solver.prepared(cells.grid)
         faces = ShearedFaces(H, cells)
         residual = max(RESIDUAL, solver.options.residual)
         return FrictionIncrements(H, g0, faces, float(solver.law.friction), self.coupled, residual)

@@ -187,7 +187,8 @@ def test_seeded_histories_keep_all_conditions(law, seeds):
         triples = np.column_stack((loads, sizes * np.cos(angles), sizes * np.sin(angles)))
         solver = problem(law).solver
         history = SurfaceFrictionSolver(solver, triples, coupled=True)
-        grid = history._friction_increments(solver.given_window().with_count(16))
+        cells = history._shear_cells(solver.given_window().with_count(16))
+        grid = history._friction_increments(cells)
         before = grid.at_rest()
         for leg in legs(triples, 16):
             for load, *shear in leg.tolist():
