@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 from .bodies import BodyLike
@@ -37,6 +38,9 @@ class ContactLike(Protocol):
 
     def solve(self, load: float | None = None, **options: Any) -> Any:
         """Returns the State at a load, or with ``approach=`` at an approach."""
+
+    def states(self, loads: Sequence[float], **options: Any) -> list[Any]:
+        """Returns the States at loads, each computed from the one before."""
 
     def with_(self, **parts: Any) -> ContactLike:
         """Returns the problem with some of its parts replaced."""

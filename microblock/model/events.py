@@ -141,8 +141,7 @@ class LoadPath(PlainData):
         NotConverged as `Contact.solve`.
         """
         require_on_path(load, self.last)
-        asked = None if isinstance(self.rtol, Usual) else self.rtol
-        return self.problem.solve(load=load, rtol=asked, progress=self.progress)
+        return self.problem.solve(load=load, rtol=self._asked, progress=self.progress)
 
     def depths(self, loads: Sequence[float]) -> Array:
         """Returns the curve of load over depth: the approaches at loads on the path, of loading and of
@@ -175,15 +174,17 @@ class LoadPath(PlainData):
         solver = self.problem.solver
         words = "has no approach: take a HalfSpace, a Block or a period"
         require(solver.has_approach, "body", solver.body, words)
-        accuracy = {"accuracy": "depth"} if "depth" in solver.accuracies else {}
-        asked = None if isinstance(self.rtol, Usual) else self.rtol
-        state: State | None = None
-        approaches = []
-        for load in require_values(loads=loads):
+        loads = require_values(loads=loads)
+        for load in loads:
             require_on_path(load, self.last)
-            state = self.problem.solve(load=load, rtol=asked, initial=state, **accuracy)
-            approaches.append(state.approach)
-        return np.array(approaches)
+        accuracy = "depth" if "depth" in solver.accuracies else solver.accuracy
+        states = self.problem.states(loads, rtol=self._asked, accuracy=accuracy, progress=self.progress)
+        return np.array([state.approach for state in states])
+
+    @property
+    def _asked(self) -> float | None:
+        """The rtol that `Contact.solve` takes, None where the path has the usual one."""
+        return None if isinstance(self.rtol, Usual) else self.rtol
 
     def plot(self, file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of the edges of zones over the load and the events; in space of the events alone.
