@@ -352,6 +352,7 @@ class _Model:
             problem = scene.problem.with_(solid=self.solid(x))
             for k, load in enumerate(scene.loads.tolist()):
                 state = problem.solve(load=load, **self.options(problem, scene))
+                derivatives = self.derivatives(state, {READINGS[kind] for kind in scene.readings})
                 for kind, measured in scene.readings.items():
                     value, slope = _reading(state, kind)
                     rows.append(
@@ -362,7 +363,7 @@ class _Model:
                             "measured": float(measured[k]),
                             "predicted": value,
                             "sigma": float(scene.sigma[kind][k]),
-                            "derivatives": slope * self.derivatives(state, READINGS[kind]),
+                            "derivatives": slope * derivatives[READINGS[kind]],
                             "left": _left(state, kind, value),
                         }
                     )
@@ -375,17 +376,26 @@ class _Model:
         on_panels = problem.solver.has_fitted_zones and not problem.solver.has_approach
         return {"rtol": 1e-6 if on_panels and self.rtol is None else self.rtol}
 
-    def derivatives(self, state: State, reading: str) -> Array:
-        """Returns the derivatives of an attribute of a state by the parameters, array (p,)."""
-        derivatives = []
-        for name in self.names:
-            try:
-                derivatives.append(_rate(state.solid, name) * state.sensitivity(name)[reading])
-            except (BadArgument, KeyError):
-                pair = neighbours(state.problem, name, MODULUS_STEP)
-                low, high = (getattr(near.solve(load=state.load, rtol=self.rtol), reading) for near in pair)
-                derivatives.append((high - low) / (2 * MODULUS_STEP))
-        return np.array(derivatives)
+    def derivatives(self, state: State, readings: set[str]) -> dict[str, Array]:
+        """Returns {attribute of a state: derivatives by the parameters, array (p,)}."""
+        of_moduli = [self.changes(state, name, readings) for name in self.names]
+        return {reading: np.array([changes[reading] for changes in of_moduli]) for reading in readings}
+
+    def changes(self, state: State, name: str, readings: set[str]) -> dict[str, float]:
+        """Returns {attribute of a state: derivative by the parameter of a modulus}."""
+        try:
+            sensitivity = state.sensitivity(name)
+        except BadArgument:
+            sensitivity = {}
+        rate = _rate(state.solid, name)
+        changes = {reading: rate * change for reading, change in sensitivity.items()}
+        missing = readings - changes.keys()
+        if missing:
+            pair = neighbours(state.problem, name, MODULUS_STEP)
+            low, high = (near.solve(load=state.load, rtol=self.rtol) for near in pair)
+            for reading in missing:
+                changes[reading] = (getattr(high, reading) - getattr(low, reading)) / (2 * MODULUS_STEP)
+        return changes
 
     def result(self, fit: likelihood.Fit, level: float) -> Identification:
         """Returns the Identification of a Fit."""
