@@ -332,6 +332,7 @@ class _Model:
         if "nu" in names:  # which is above -1
             lowest[names.index("nu")] = 1e-3 - math.log(1.5 / (0.5 - self.first.nu))
         self.bounds = lowest, widest
+        self._computed: dict[bytes, list[dict[str, Any]]] = {}
 
     def solid(self, x: Array) -> Cosserat:
         """Returns the solid of parameters."""
@@ -339,6 +340,7 @@ class _Model:
 
     def __call__(self, x: Array) -> tuple[Array, Array]:
         rows = self.rows(x)
+        self._computed[x.tobytes()] = rows
         sigma = np.array([row["sigma"] for row in rows])
         residuals = np.array([row["predicted"] - row["measured"] for row in rows]) / sigma
         return residuals, np.array([row["derivatives"] for row in rows]) / sigma[:, None]
@@ -403,7 +405,7 @@ class _Model:
         values = {name: float(getattr(solid, name)) for name in self.names}
         by_name = dict(zip(self.names, fit.profiles))
         rates = [_rate(solid, name) for name in self.names]
-        rows = self.rows(fit.x)
+        rows = self._computed[fit.x.tobytes()]
         left = 0.0
         for row in rows:
             del row["derivatives"]
