@@ -16,11 +16,11 @@ from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future,
 from contextlib import contextmanager, nullcontext
 from functools import cache, partial
 from importlib import import_module
-from itertools import product
+from itertools import chain, product
 from multiprocessing import get_context
 from numbers import Real
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, SupportsIndex, TypeAlias, overload
 from unittest.mock import patch
 
 import numpy as np
@@ -51,7 +51,7 @@ Record: TypeAlias = dict[str, Any]  # answer, error, seconds, modules, and the p
 
 
 class Rows(list[dict[str, Any]]):
-    """The rows of a sweep, a dict a point.
+    """The rows of a sweep, a dict a point. A slice, and a sum with the rows of another sweep, are `Rows` too.
 
     Attributes
     ----------
@@ -62,6 +62,20 @@ class Rows(list[dict[str, Any]]):
     def __init__(self, rows: Iterable[dict[str, Any]], arguments: Iterable[str]) -> None:
         super().__init__(rows)
         self.arguments = tuple(arguments)
+
+    @overload
+    def __getitem__(self, key: SupportsIndex, /) -> dict[str, Any]: ...
+
+    @overload
+    def __getitem__(self, key: slice, /) -> Rows: ...
+
+    def __getitem__(self, key: SupportsIndex | slice, /) -> Any:
+        part: Any = super().__getitem__(key)
+        return Rows(part, self.arguments) if isinstance(key, slice) else part
+
+    def __add__(self, others: list[Any], /) -> Any:
+        added = others.arguments if isinstance(others, Rows) else ()
+        return Rows(super().__add__(others), dict.fromkeys((*self.arguments, *added)))
 
     def plot(self, x: str, y: str, file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of a column over another one, a curve for each value of the other arguments.
@@ -81,8 +95,8 @@ class Rows(list[dict[str, Any]]):
             If there is no such column, or no row with numbers in both.
         """
         for name, column in (("x", x), ("y", y)):
-            require_choice(tuple(self[0]) if self else (), **{name: column})
-        shown = [row for row in self if _is_number(row[x]) and _is_number(row[y])]
+            require_choice(tuple(dict.fromkeys(chain.from_iterable(self))), **{name: column})
+        shown = [row for row in self if _is_number(row.get(x)) and _is_number(row.get(y))]
         require(bool(shown), "y", y, f"has no number in a row with one of {x}")
         others = [name for name in self.arguments if name not in (x, y)]
         left_out = len(self) - len(shown)

@@ -21,7 +21,7 @@ def draw_rows(
     drawing, axis = plots.in_place(axis)
     curves: dict[str, list[tuple[float, float]]] = defaultdict(list)
     for row in rows:
-        label = ", ".join(f"{name} = {shortened(str(row[name]))}" for name in others)
+        label = ", ".join(f"{name} = {shortened(str(row.get(name)))}" for name in others)
         curves[label].append((row[x], row[y]))
     for label, points in curves.items():
         points.sort()

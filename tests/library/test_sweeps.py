@@ -208,3 +208,17 @@ def test_rows_are_drawn_a_curve_for_each_value_of_other_arguments(tmp_path):
     with pytest.raises(mb.BadArgument, match="no number"):
         rows.plot("a", "error")
     assert pickle.loads(pickle.dumps(rows)).arguments == ("a", "b")
+
+
+def test_slices_and_sums_of_rows_are_drawn():
+    def power(a, b=2):
+        return a**b
+
+    executor = ThreadPoolExecutor()
+    squares = mb.sweep(power, {"a": (1, 2, 3)}, executor=executor, quiet=True)
+    cubes = mb.sweep(power, {"a": (1, 2), "b": (3,)}, executor=executor, quiet=True)
+    (line,) = squares[1:].plot("a", "value").axes[0].lines
+    assert line.get_xydata().tolist() == [[2, 4], [3, 9]] and squares[0]["value"] == 1
+    both = squares[:2] + cubes  # squares have no b
+    curves = {line.get_label(): line.get_xydata().tolist() for line in both.plot("a", "value").axes[0].lines}
+    assert curves == {"b = None": [[1, 1], [2, 4]], "b = 3": [[1, 1], [2, 8]]}
