@@ -626,12 +626,16 @@ class State(PlainData):
         self._require_flat("surface along x1")
         return self.solution.surface(None if window is None else require_pair(window=window))
 
+    @property
+    def _of_accuracy(self) -> str:
+        """What the error estimate is of, in words, where it is not of the pressure."""
+        return "" if self.accuracy == "pressure" else f" of the {self.accuracy}"
+
     @cached_property
     def caption(self) -> str:
-        of = "" if self.accuracy == "pressure" else f" of the {self.accuracy}"
-        error = f"no error estimate{of}"
+        error = f"no error estimate{self._of_accuracy}"
         if self.error_estimate is not None:
-            error = f"error{of} {self.error_estimate:.1e}"
+            error = f"error{self._of_accuracy} {self.error_estimate:.1e}"
         return f"{shown(self.obstacle)}, {shown(self.law)}, load {number(self.load)}, {error}"
 
     def to_dict(self) -> dict[str, Any]:
@@ -658,11 +662,8 @@ class State(PlainData):
 
     def __repr__(self) -> str:
         contact = self._rules.contact(self)
-        of = "" if self.accuracy == "pressure" else f" of the {self.accuracy}"
-        words = (
-            f"load {number(self.load)}, contact {contact}, error estimate{of} {number(self.error_estimate)}"
-        )
-        return line("Contact state", words, self.warnings)
+        error = f"error estimate{self._of_accuracy} {number(self.error_estimate)}"
+        return line("Contact state", f"load {number(self.load)}, contact {contact}, {error}", self.warnings)
 
     def plot(self, file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of pressures, micromoment, corner gaps, rotation, zones and blocks over x1; in
