@@ -303,7 +303,7 @@ def _gradient_step(energy: _Energy, point: Iterate, alpha: float) -> tuple[Itera
         forces = energy.project(point.forces - alpha * gaps)
         change = forces - point.forces
         length = change @ change
-        if not length > 0:
+        if not length > EPS_TERM**2 * (forces @ forces):  # the rounding of forces, which sum to P
             return point, 2 * alpha
         trial = energy.evaluate(forces)
         step = energy.curvature_step(point, trial, change)

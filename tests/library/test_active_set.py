@@ -216,3 +216,22 @@ def test_the_residual_of_products_is_the_largest_penetration_or_gap_under_a_forc
         assert state.kkt == pytest.approx(max(violations) / np.ptp(flexibility @ state.forces))
         decides.add(np.argmax(violations))
     assert decides == {0, 1}
+
+
+class Neighbours(OfThreeEigenvalues):
+    """A flexibility of corners whose response falls by a factor of e^(1/reach) from one to the next."""
+
+    def __init__(self, count, reach):
+        distances = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
+        self.matrix = np.exp(-distances / reach)
+
+
+@pytest.mark.parametrize("reach", [0.3, 1.0])
+def test_a_start_that_is_the_solution_but_for_rounding_is_the_solution(reach):
+    """Forces that differ by rounding alone change the energy by any sign, whatever the length of the step."""
+    flexibility = Neighbours(4, reach)
+    gaps = np.zeros((1, 4))
+    forces = solve_matrix_free(flexibility, gaps, load=1.0, rtol=1e-12).forces
+    for load in np.geomspace(1.0, 1e-6, 200):
+        state = solve_matrix_free(flexibility, gaps, load=load, start=forces)
+        assert state.forces == pytest.approx(load * forces, rel=1e-9)
