@@ -15,7 +15,6 @@ from typing import Literal
 import numpy as np
 
 import microblock as mb
-from cases import hertz as script
 from microblock.errors import BadArgument, at_most
 from microblock.model.intervals import least_beside
 
@@ -164,7 +163,7 @@ def problem(options, method=None):
         "wedge": mb.Wedge(math.tan(math.radians(options.wedge_deg))),
         "punch": mb.Punch(options.punch_half_width * options.a_Hz, math.tan(math.radians(options.tilt_deg))),
     }
-    law = script.LAWS[options.contact]()
+    law = getattr(mb, options.contact.capitalize())()
     if options.contact == "microblock":
         reading = {"gap": "gaps and levers", "lever": "levers"}[options.psi0_reading]
         law = mb.Microblock(math.radians(options.psi0_deg), reading)
@@ -321,6 +320,8 @@ def unresolved(options):
 
 def figure(result):
     """Returns pressure and micromoment over x1 at each load."""
+    from cases import hertz as script  # here: JSON does without matplotlib
+
     options = result["options"]
     states = [state for state, _ in result["states"]]
     return script.figure(states, options.P, options.a_Hz, options.p_Hz)

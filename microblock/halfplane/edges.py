@@ -32,7 +32,7 @@ from .kernels import gap_kernel
 from .moved_edges import Edge, moved_zones, order_of_edges
 from .panel_solution import PanelErrors, PanelSolution
 from .panels import PanelGrid, make_panels, response
-from .second_half_plane import second_body_kernel
+from .second_body_kernel import second_body_kernel
 from .transmitted_singularities import decay, log_sizes_of
 
 APEX_WIDTH = 1e-10  # of the width of all zones: an edge this near to an apex lies on it

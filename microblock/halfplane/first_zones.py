@@ -14,7 +14,7 @@ from ..model.scales import classical_rise
 from ..model.types import Array, CornerZones, Flags, Integers, Interval
 from .kernels import cell_rule, on_the_line
 from .panels import Panel, short_enough
-from .second_half_plane import second_body_flexibility
+from .second_body_kernel import second_body_flexibility
 
 
 def first_zones(problem: Problem, load: float) -> Iterator[CornerZones]:

@@ -17,7 +17,7 @@ from ..model.types import Array, CornerZones, Integers, Interval
 from ..threads import bounded
 from .kernels import both_gap_kernels, clamping_kernel, gap_kernel
 from .panels import Kernel, PanelGrid, response
-from .second_half_plane import second_body_kernel
+from .second_body_kernel import second_body_kernel
 from .subsurface import HalfPlaneBelow
 from .surface_loads import PanelLoads
 from .transmitted_singularities import transmitted_singularities

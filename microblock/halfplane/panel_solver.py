@@ -26,11 +26,8 @@ from ..model.solver import Solver
 from ..model.types import Array
 from .edges import zones_of_neighbour
 from .forecast import panels_cost
-from .friction_panels import FrictionPanels
 from .kernels import HalfPlane
-from .line_solver import LineSolver
 from .panel_solution import PanelSolution
-from .sampling_uncertainty import with_sampling_note
 from .zone_search import solve_on_panels
 
 
@@ -65,6 +62,9 @@ class PanelSolver(Solver):
         state = self.solution_at(load, rtol, self.options.order, initial)
         if self.options.order or not isinstance(shape_of(self.obstacle), Samples):
             return state  # without the cells that samples are compared on
+        from .line_solver import LineSolver  # here: other obstacles do without cells
+        from .sampling_uncertainty import with_sampling_note
+
         return with_sampling_note(LineSolver(self.contact, Cells()), state, rtol)
 
     def predicted(self, load: float | None, approach: float | None, rtol: float | None) -> Cost:
@@ -84,6 +84,8 @@ class PanelSolver(Solver):
 
     def follows(self, pairs: Array) -> bool:
         """Returns whether panels follow a history through pairs, array (n, 2)."""
+        from .friction_panels import FrictionPanels  # here: a single state does without
+
         try:
             FrictionPanels(self, pairs)
             self._candidate_problem(float(pairs[:, 0].max()))
@@ -92,6 +94,8 @@ class PanelSolver(Solver):
         return True
 
     def history(self, pairs: Array, coupled: bool, rtol: float | None) -> History:
+        from .friction_panels import FrictionPanels
+
         return FrictionPanels(self, pairs).history(rtol)
 
     def sensitivity(self, solution: PanelSolution, low: ContactLike, high: ContactLike) -> dict[str, float]:

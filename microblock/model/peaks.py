@@ -7,7 +7,6 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize
 
 from ..errors import BadArgument, require, require_choice
 from .types import Array, Flags
@@ -209,6 +208,8 @@ def _least(function: Callable[[Array], float], start: Array, sizes: Array, close
     """Returns the minimum of a function next to a start, by the simplex of Nelder and Mead of these sizes,
     arrays (d,), whose last place is sought to `close`.
     """
+    from scipy.optimize import minimize  # here: half a second that most states do without
+
     simplex = np.vstack((start, start + np.diag(sizes)))
     options = {"initial_simplex": simplex, "xatol": close, "fatol": np.inf, "maxfev": 400}
     return minimize(function, start, method="Nelder-Mead", options=options)

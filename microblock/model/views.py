@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
-from .types import Axes, Figure
+if TYPE_CHECKING:  # the types load NumPy, which `import microblock` does without
+    from .types import Axes, Figure
 
 
 class Pictures(Protocol):

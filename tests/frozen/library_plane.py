@@ -11,7 +11,7 @@ from microblock.contact_solvers.fft_compliance import Grid
 from microblock.halfplane import averages, first_zones, kernels, shear_cells, transmitted_singularities
 from microblock.halfplane.friction_edges import zones_on_cells
 from microblock.halfplane.loading_history import LoadingHistory
-from microblock.halfplane.second_half_plane import second_body_flexibility
+from microblock.halfplane.second_body_kernel import second_body_flexibility
 from microblock.model import contact_candidates, intervals, piecewise_chebyshev, quadrature
 from microblock.model.corner_geometry import Blocks
 from microblock.model.problem import Problem

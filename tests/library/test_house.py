@@ -97,6 +97,16 @@ def test_rooms_without_a_mesh_load_neither_ngsolve_nor_matplotlib():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
+def test_a_state_on_panels_loads_no_more_than_it_needs():
+    """A third of the seconds of a command were imports: of figures, of cells, of NumPy for nothing."""
+    code = (
+        "import sys, microblock as mb; assert 'numpy' not in sys.modules; from cases.commands import hertz; "
+        "states = hertz.solutions(hertz.resolved()); "
+        "assert not {'matplotlib', 'scipy.ndimage', 'scipy.optimize'} & set(sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
 def test_public_names_say_what_they_are_and_type_checkers_know_them():
     assert all(getattr(microblock, name).__doc__ for name in microblock.__all__)
     stub = (ROOT / "__init__.pyi").read_text()
