@@ -149,10 +149,10 @@ def panels_outside(problem: Problem, zones: CornerZones, order: int) -> PanelGri
     free = [problem.reach]
     for left, right in reduce(common, zones.values()):
         free = without(free, left, right)
-    panels: list[Panel] = []
-    for panel in _graded(problem, zones, order, {*log_sizes(problem, zones, order)}, free):
-        beside = contains(touched, np.array([panel.anchor + panel.length / 2])).any()
-        panels += short_enough(problem, panel) if beside else [panel]
+    whole = list(_graded(problem, zones, order, {*log_sizes(problem, zones, order)}, free))
+    beside = contains(touched, np.array([panel.anchor + panel.length / 2 for panel in whole]))
+    parts = [short_enough(problem, panel) if within else [panel] for panel, within in zip(whole, beside)]
+    panels = [part for of_panel in parts for part in of_panel]
     e, h, root = np.reshape(panels, (-1, 3)).T
     return PanelGrid(np.zeros(len(e), int), e, h, root.astype(bool), np.zeros(len(e)), order)
 
@@ -263,11 +263,12 @@ def _near_responses(
     """
     rounding = 1e-13  # a distance of cuts that the quadrature does not see
     v0 = np.rint(panels.parameter(panel, x) / rounding) * rounding
+    ascending = np.argsort(v0, kind="stable")
     cuts, counts = np.unique(v0, return_counts=True)
     rules = [_cut_rule(panels.order, cut, bool(panels.log_size.any())) for cut in cuts.tolist()]
-    pairs = np.split(np.argsort(v0, kind="stable"), np.cumsum(counts)[:-1])  # of each cut
-    pair = np.concatenate([own.repeat(len(rule.offsets)) for own, rule in zip(pairs, rules)])
-    offsets = np.concatenate([np.tile(rule.offsets, len(own)) for own, rule in zip(pairs, rules)])
+    lengths = np.array([len(rule.offsets) for rule in rules])
+    pair = ascending.repeat(lengths.repeat(counts))
+    offsets = np.concatenate([rule.offsets for rule, count in zip(rules, counts) for _ in range(count)])
     # x of the panel is x(v0) + offsets (slope + bend offsets)
     root = panels.root[panel]
     slope = np.where(root, 2 * v0, 1.0) * panels.h[panel]
@@ -276,9 +277,14 @@ def _near_responses(
     lever = problem.lever(panels.corner[panel[pair]], panels.x(panel[pair], v0[pair] + offsets))
     values = kernel(problem, distance, target[pair], lever)
     integrals = np.empty((*values.shape[:-1], len(x), rules[0].basis.shape[1]))
-    borders = np.cumsum([len(own) * len(rule.offsets) for own, rule in zip(pairs, rules)])
-    for own, rule, part in zip(pairs, rules, np.split(values, borders[:-1], axis=-1)):
-        integrals[..., own, :] = part.reshape(*values.shape[:-1], len(own), -1) @ rule.basis
+    first = first_value = 0
+    for rule, count, length in zip(rules, counts.tolist(), lengths.tolist()):
+        last = first + count
+        last_value = first_value + count * length
+        part = values[..., first_value:last_value].reshape(*values.shape[:-1], count, length)
+        integrals[..., ascending[first:last], :] = part @ rule.basis
+        first = last
+        first_value = last_value
     return integrals
 
 

@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from .law import Law, exact_slopes, in_frame, is_uniform, upwards
-from .obstacles import along_normals, as_obstacle, heights, initial_gap
+from .obstacles import along_normals, as_obstacle, clearance, heights, initial_gap
 from .types import Array, ObstacleLike
 
 
@@ -134,6 +134,13 @@ class Blocks:
             return self.on_horizontal_surface(obstacle, x1, x2).initial_gaps
         offsets = self.ell * self._reference_vectors[1]
         return np.array([heights(obstacle, x1 + a, x2 + b) - up for a, b, up in offsets])
+
+    def initial_gap(self, obstacle: ObstacleLike, corner: int, x: Array) -> Array:
+        """Returns the initial gap of a corner, by its number, at x1 of a horizontal line, array (n,) (length)."""
+        if not self.uniform or as_obstacle(obstacle).normal_gap is not None:
+            return self.on_horizontal_surface(obstacle, x).initial_gaps[corner]
+        along, up = self.ell * self._reference_vectors[1][corner]
+        return clearance(obstacle, up, x + along)
 
 
 @dataclass(frozen=True, eq=False)

@@ -662,8 +662,9 @@ def heights(obstacle: Any, *x: Array) -> Array:
     BadArgument if it does not return a number, or inf, for each place.
     """
     above = _returned_for_each(obstacle, *x)
-    wrong = np.isnan(above) | (above == -np.inf)
-    if np.any(wrong):
+    good = above > -np.inf
+    if not good.all():
+        wrong = ~good
         raise BadArgument(
             "obstacle",
             obstacle,
@@ -820,9 +821,14 @@ def initial_gap(obstacle: ObstacleLike, points: Array, normals: Array) -> Array:
     if as_obstacle(obstacle).normal_gap is not None:
         return _normal_gap(obstacle, points, normals)
     *places, ordinate = np.moveaxis(points, -1, 0)
+    return along_normals(clearance(obstacle, ordinate, *places), normals)
+
+
+def clearance(obstacle: ObstacleLike, ordinate: Array | float, *places: Array) -> Array:
+    """Returns vertical gaps of points with an ordinate at x1, or x1 and x2, arrays (...) (lengths)."""
     if len(places) == 1:
-        places = [_moved_to_ends(obstacle, places[0])]
-    return along_normals(heights(obstacle, *places) - ordinate, normals)
+        places = (_moved_to_ends(obstacle, places[0]),)
+    return heights(obstacle, *places) - ordinate
 
 
 def _normal_gap(obstacle: ObstacleLike, points: Array, normals: Array) -> Array:

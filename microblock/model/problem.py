@@ -163,11 +163,20 @@ class Problem:
 
     def lever(self, corner: Integers, x: Array) -> Array:
         """Returns levers of the corners numbered `corner` at x, arrays (n,)."""
+        if self.blocks.uniform:
+            return self._levers_of_block[corner]
         return np.choose(corner, self.levers(x))
+
+    @cached_property
+    def _levers_of_block(self) -> Array:
+        """Levers of a block of a uniform law, array (corners,)."""
+        return self.levers(np.zeros(1))[:, 0]
 
     def initial_gaps(self, x: Array) -> Array:
         """Returns the initial gaps at x, array (corners, n)."""
-        return self.blocks.on_horizontal_surface(self.obstacle, x).initial_gaps
+        return np.array(
+            [self.blocks.initial_gap(self.obstacle, corner, x) for corner in range(len(self.shifts))]
+        )
 
     def pieces_of(self, corner: int) -> Array:
         """Returns left and right ends of the parts of x in which a corner meets an obstacle, array (k, 2)."""
@@ -175,9 +184,10 @@ class Problem:
 
     def initial_gap(self, corner: Integers, x: Array) -> Array:
         """Returns initial gaps of the corners numbered `corner` at x, arrays (n,); inf beyond `ends_of`."""
-        gaps = np.choose(corner, self.initial_gaps(x))
-        for number in range(len(self.shifts)):  # places next to an end count as on it
-            gaps = np.where((corner == number) & ~contains(self.pieces_of(number), x), np.inf, gaps)
+        gaps = np.full(np.shape(x), np.inf)
+        for number in np.unique(corner).tolist():  # places next to an end count as on it
+            of_corner = (corner == number) & contains(self.pieces_of(number), x)
+            gaps[of_corner] = self.blocks.initial_gap(self.obstacle, number, x)[of_corner]
         return gaps
 
 
