@@ -136,7 +136,7 @@ class Blocks:
         return np.array([heights(obstacle, x1 + a, x2 + b) - up for a, b, up in offsets])
 
     def initial_gap(self, obstacle: ObstacleLike, corner: int, x: Array) -> Array:
-        """Returns the initial gap of a corner, by its number, at x1 of a horizontal line, array (n,) (length)."""
+        """Returns the initial gap of a numbered corner at x1 of a horizontal line, array (n,) (lengths)."""
         if not self.uniform or as_obstacle(obstacle).normal_gap is not None:
             return self.on_horizontal_surface(obstacle, x).initial_gaps[corner]
         along, up = self.ell * self._reference_vectors[1][corner]
