@@ -27,6 +27,8 @@ from .projected_gradients import solve_matrix_free
 RESIDUAL = 1e-7  # of an increment: far below what cells, nodes and increments leave
 ALTERNATIONS = 60  # 3 to 12 are met
 NEARLY_SLIPS = 0.98  # of f P, beyond which the way of the obstacle was seen to change by more than 5 %
+DOUBTFUL = 0.05  # of the dissipation: a change from half as many increments, which is said
+NEGLIGIBLE = 1e-4  # of f times the work: smaller dissipations come and go with single cells
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,18 +122,26 @@ class SlidingSolution:
         return np.asarray((q * np.minimum(1.0, self.solver.law.friction * pressing / sizes)).T)
 
 
-def noted_state(solution: Any) -> Any:
-    """Returns the State of a solution, noting how little is known of the way near full slip: directions of
-    slip, and with them its length, follow Q ever more slowly.
+def noted_state(solution: Any, coarser: Increment) -> Any:
+    """Returns the State of a solution, noting how little is known of its way: `coarser` is the increment on
+    half as many ones. Near full slip directions of slip, and with them its length, follow Q ever more slowly.
     """
     increment = solution.increment
+    state = solution.state()
     share = np.hypot(*increment.shear) / (solution.solver.law.friction * increment.load)
-    if share <= NEARLY_SLIPS:
-        return solution.state()
-    return solution.state().noting(
-        f"the shear force is {share:.4g} of f P: tangential_approach and dissipation depend on the loads "
-        "given on the way, and at f P are the least that the forces allow"
-    )
+    if share > NEARLY_SLIPS:
+        return state.noting(
+            f"the shear force is {share:.4g} of f P: tangential_approach and dissipation depend on the loads "
+            "given on the way, and at f P are the least that the forces allow"
+        )
+    change = abs(increment.dissipation - coarser.dissipation)
+    least = NEGLIGIBLE * solution.solver.law.friction * increment.work
+    if change > DOUBTFUL * max(increment.dissipation, least):
+        return state.noting(
+            f"dissipation changes by {change / increment.dissipation:.2g} of itself from half as many "
+            "increments: give more loads on the way"
+        )
+    return state
 
 
 class ShearResponse(Protocol):

@@ -229,7 +229,7 @@ class SurfaceFriction:
             touched = np.any([self._touched(solution) for solution in (*coarser, *finer)], axis=0)
             beyond = touched & ~self._inside(candidates)
         states = [
-            noted_state(replace(after, of_increments=after.change(before)))
+            noted_state(replace(after, of_increments=after.change(before)), before.increment)
             for before, after in zip(coarser, finer)
         ]
         return History(self.solver.contact, states, [])

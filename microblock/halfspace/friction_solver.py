@@ -96,8 +96,8 @@ class SurfaceFrictionSolver:
             errors = self._estimates(changes, coarser, finer)
             missed = [self.solver.missed(candidates, solution) for solution in finer]
             states = [
-                noted_state(replace(solution, error_estimate=error, notes=notes))
-                for solution, error, (notes, _) in zip(finer, errors, missed)
+                noted_state(replace(solution, error_estimate=error, notes=notes), before.increment)
+                for before, solution, error, (notes, _) in zip(coarser, finer, errors, missed)
             ]
             error = np.inf if any(unseen for _, unseen in missed) else max(errors)
             yield RefinementLevel(
