@@ -105,6 +105,8 @@ class Contact:
         require(not turns, "beta", solid.beta, words)
         allowed = " or ".join(f"{method.__name__}()" for method in self.body.methods)
         words = f"must be {allowed} on a {type(self.body).__name__}"
+        if isinstance(self.body, Unbounded) and self.body.period is not None:
+            words += " with a period"
         solves = self.method is None or isinstance(self.method, tuple(self.body.methods))
         require(solves, "method", self.method, words)
         if not in_space and solid.has_length:  # else once the load gives one

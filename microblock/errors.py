@@ -448,6 +448,13 @@ def require_floats(words: str, masked: float = np.nan, /, **arguments: Any) -> A
         raise BadArgument(name, values, words) from failure
 
 
+def require_signed(**heights: Any) -> None:
+    """Raises BadArgument of unsigned integers: -z of those, of what was measured from above, wraps round."""
+    ((name, values),) = heights.items()
+    words = "must not be unsigned integers, whose negative wraps round: take them as float"
+    require(_entries(values).dtype.kind != "u", name, values, words)
+
+
 def require_numbers(holes: bool = False, /, **arguments: Any) -> Any:
     """Returns an array (n,) of floats; raises BadArgument unless these are finite, with `holes` but for NaN
     and inf, which stands for what is masked as well.

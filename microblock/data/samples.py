@@ -249,7 +249,7 @@ def _table(lines: Sequence[str], skip: int, settled: bool) -> _Table:
     above = [line.lstrip("#%!' ") for n, line in texts.items() if n < first]
     below = [line for n, line in texts.items() if n > last]
     numbers = np.array([row for n, row in rows.items() if first <= n <= last])
-    return _Table(numbers, _titles(above, layout, width), above, below)
+    return _Table(numbers, _titles(above, layout, numbers), above, below)
 
 
 def _layout(lines: Sequence[str]) -> _Layout:
@@ -293,13 +293,19 @@ def _is_row(line: str, numbers: Sequence[float], layout: _Layout, width: int) ->
     return len(numbers) > 1 or (len(cells) == width and bool(layout.numbers(cells[0])))
 
 
-def _titles(above: Sequence[str], layout: _Layout, width: int) -> list[str]:
-    """Returns the titles of the columns, from up to two lines above them, such as names and units."""
+def _titles(above: Sequence[str], layout: _Layout, numbers: Array) -> list[str]:
+    """Returns the titles of the columns of numbers, from up to two lines above them, such as names and units;
+    columns without a number, behind the last separators, may have none.
+    """
+    width = numbers.shape[1]
+    filled = 1 + int(np.flatnonzero(np.isfinite(numbers).any(axis=0))[-1])
     titles = [""] * width
     for line in above[-2:]:
         splits = [_cells(line, separator) for separator in (layout.separator, *SEPARATORS)]
-        cells = next((cells for cells in splits if len(cells) == width), [])
-        if cells and not any(layout.numbers(cell) for cell in cells):
+        splits.append(re.split(r"\s{2,}", line))
+        padded = [cells + [""] * (width - len(cells)) for cells in splits if filled <= len(cells) <= width]
+        cells = next(iter(padded), [])
+        if cells and not any(layout.numbers(cell) for cell in cells[:filled]):
             titles = [f"{title} {cell}".strip() for title, cell in zip(titles, cells)]
     return titles
 
@@ -322,6 +328,8 @@ def _columns(table: _Table, entries: Sequence[int | str] | None) -> tuple[_Colum
     distinct = {column.number for column in columns}
     require(len(columns) == len(distinct) == 2, "columns", entries, "must be two, those of x and height")
     x_column, z_column = (_with_unit(table, column, letter) for column, letter in zip(columns, "xz"))
+    if x_column.unit is None and z_column.unit is None:
+        _refuse_units_of_no_column(table.above[-1:])
     if (x_column.unit is None) != (z_column.unit is None):
         raise _NoProfile(
             f"names a unit of one column alone, {x_column.unit or z_column.unit}: say both by columns, such "
@@ -330,21 +338,37 @@ def _columns(table: _Table, entries: Sequence[int | str] | None) -> tuple[_Colum
     return x_column, z_column
 
 
+def _refuse_units_of_no_column(lines: Iterable[str]) -> None:
+    """Refuses the line above the rows if it names units of length, of columns that are not told."""
+    for line in lines:
+        words = [SPELT.get(word, word) for word in re.findall(r"[^\W\d_]{2,}", line.lower())]
+        units = [word for word in words if word in METRES]
+        if units:
+            raise _NoProfile(
+                f"names {' and '.join(units)} above the rows, but not by column: say the units by columns, "
+                "such as 1:um 2:nm"
+            )
+
+
 def _clear_columns(table: _Table) -> list[int]:
     """Returns the numbers, from 0, of the columns of x and height where titles or values tell them."""
     title_words = [set(re.findall(r"[^\W\d_]+", title.lower())) for title in table.titles]
     filled = [i for i, column in enumerate(table.numbers.T) if np.isfinite(column).any()]
     varied = [i for i in filled if np.nanmin(table.numbers[:, i]) < np.nanmax(table.numbers[:, i])]
     named = [i for letter in "xz" for i in filled if title_words[i] & TITLES[letter]]
-    choices = [named, filled, varied]
+    choices = [named, filled]
+    if len(filled) == 3 or any(table.titles):  # else a matrix, of which two columns vary
+        choices.append(varied)
     if len(filled) > 2 and any("y" in title_words[i] for i in varied):  # a line across, not along x
         choices = [filled, varied]
     for columns in choices:
         if len({*columns}) == len(columns) == 2:
             return columns
     count = len(table.titles)
-    words = f"has {count} columns of numbers: say by columns which are x and height, such as 1 {count}"
-    raise _NoProfile(words)
+    raise _NoProfile(
+        f"has {count} columns of numbers: say by columns which are x and height, such as 1 {count}; "
+        "height maps are read by RoughSurface.from_file"
+    )
 
 
 def _column(table: _Table, entry: str) -> _Column:

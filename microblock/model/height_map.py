@@ -18,6 +18,7 @@ from ..errors import (
     require_floats,
     require_kind,
     require_numbers,
+    require_signed,
 )
 from . import roughness
 from .obstacles import RigidObstacle
@@ -163,8 +164,8 @@ class HeightMap(RigidObstacle):
         Raises
         ------
         BadArgument
-            If z is no such array, -inf, or nowhere has four neighbours; a spacing is not positive, or periods
-            along x1 and x2 differ.
+            If z is no such array, of unsigned integers, -inf, or nowhere has four neighbours; a spacing is
+            not positive, or periods along x1 and x2 differ.
 
         Examples
         --------
@@ -174,6 +175,7 @@ class HeightMap(RigidObstacle):
         """
         words = "must be an array (rows, columns) of numbers, two by two at least"
         heights = require_floats(words, z=z)
+        require_signed(z=z)
         require_flag(periodic=periodic)
         require_flag(fill=fill)
         require(heights.ndim == 2 and min(heights.shape) >= 2, "z", z, words)
@@ -208,6 +210,8 @@ class HeightMap(RigidObstacle):
         Parameters
         ----------
         file : path
+            A matrix is an array of numpy (NPY), or a text with blanks, commas or semicolons between numbers,
+            of whose comments ("#") nothing is read.
         spacing : float or (float, float), optional
             Of a matrix (length).
         unit : str, optional
@@ -218,7 +222,8 @@ class HeightMap(RigidObstacle):
         Raises
         ------
         BadArgument
-            If the file cannot be read, or the extra is missing.
+            If the file cannot be read, or is a list of points where a spacing says that it is a matrix; if
+            the extra is missing.
         """
         require_kind((str, os.PathLike), "a path", file=file)
         require(Path(file).is_file(), "file", file, "must be a file")
@@ -226,11 +231,7 @@ class HeightMap(RigidObstacle):
             require(
                 unit is None, "unit", unit, "must be left out with a spacing, which has that of the heights"
             )
-            try:
-                heights = np.loadtxt(file, ndmin=2)
-            except ValueError as failure:
-                raise BadArgument("file", file, f"must be a matrix of numbers ({failure})") from failure
-            return HeightMap.from_heights(heights, spacing, **options)
+            return HeightMap.from_heights(_matrix(file), spacing, **options)
         try:
             from SurfaceTopography import read_topography
         except ImportError as failure:
@@ -238,17 +239,47 @@ class HeightMap(RigidObstacle):
             raise BadArgument("file", file, words) from failure
         try:
             topography = read_topography(str(file))
-            if unit is not None:
+            has_unit = topography.unit is not None
+            if unit is not None and has_unit:
                 topography = topography.to_unit(unit)
-            heights = np.ma.filled(np.ma.asarray(topography.heights(), dtype=float), np.nan)
+            heights: Array = np.ma.filled(np.ma.asarray(topography.heights(), dtype=float), np.nan)
             sizes = topography.physical_sizes
         except Exception as failure:  # of each reader its own
             cause = str(failure).partition("\n")[0]
             raise BadArgument("file", file, f"is none that SurfaceTopography reads ({cause})") from failure
+        words = "must be left out: the file names none, and lengths are as they stand"
+        require(unit is None or has_unit, "unit", unit, words)
         require(heights.ndim == 2, "file", file, "must be a map: `Obstacle.from_samples` takes profiles")
         lengths = (sizes[0] / heights.shape[0], sizes[1] / heights.shape[1])
         # its first axis is x1, and heights are measured from above
         return HeightMap.from_heights(-heights.T, lengths, **{"periodic": topography.is_periodic} | options)
+
+
+def _matrix(file: str | os.PathLike[str]) -> Array:
+    """Returns the array (rows, columns) of a file of numpy or of a text; refuses lists of points."""
+    try:
+        if Path(file).suffix == ".npy":
+            return require_floats("must be an array of numbers", file=np.load(file))
+        lines = Path(file).read_text(encoding="latin-1").splitlines()  # of comments in any encoding
+        first = next(line for line in lines if line.strip() and line[0] != "#")
+        separator = next((sign for sign in ";," if sign in first), None)
+        heights: Array = np.loadtxt(lines, ndmin=2, delimiter=separator)
+    except (ValueError, StopIteration) as failure:
+        raise BadArgument("file", file, f"must be a matrix of numbers ({failure})") from failure
+    columns = heights.shape[1]
+    profile = columns == 2 and len(heights) > 2 and (np.diff(heights[:, 0]) > 0).all()
+    require(not profile, "file", file, "must be a matrix: it has a profile, abscissae and heights")
+    points = columns == 3 and len(heights) > 3 and _is_grid(heights[:, 0], heights[:, 1])
+    require(
+        not points, "file", file, "must be a matrix: it has x1, x2 and height of points, without `spacing`"
+    )
+    return heights
+
+
+def _is_grid(x1: Array, x2: Array) -> bool:
+    """Returns whether points (x1, x2), arrays (n,), are those of a grid, each once, with few missing."""
+    crossings = len(np.unique(x1)) * len(np.unique(x2))
+    return len(x1) == len(np.unique(np.array((x1, x2)), axis=1)[0]) and crossings <= 2 * len(x1)
 
 
 def _trend(heights: Array, there: Flags, detrend: str) -> Array:

@@ -29,6 +29,7 @@ from ..errors import (
     require_floats,
     require_numbers,
     require_positive,
+    require_signed,
     require_whole,
     shortened,
 )
@@ -285,8 +286,8 @@ class Obstacle(RigidObstacle):
         Raises
         ------
         BadArgument
-            If abscissae are not finite or neither ascend nor descend, heights are -inf or not as many, no two
-            neighbours have one, or the noise is not positive.
+            If abscissae are not finite or neither ascend nor descend, heights are -inf, unsigned integers or
+            not as many, no two neighbours have one, or the noise is not positive.
         """
         return Samples(cast(Any, x), cast(Any, z), noise)  # which makes tuples of them
 
@@ -358,6 +359,7 @@ class Samples(RigidObstacle):
             require(not callable(values), name, values, words)
         x = require_numbers(x=self.x)
         z = require_numbers(True, z=self.z)
+        require_signed(z=self.z)
         rightwards = not (len(x) > 1 and np.all(np.diff(x) < 0))
         way = slice(None, None, 1 if rightwards else -1)
         object.__setattr__(self, "x", tuple(x[way].tolist()))
@@ -647,9 +649,8 @@ class Rough(SelfAffine):
         (-0.5, 0.0, 0.5)
         """
         require_positive(spacing=spacing)
-        heights = require_numbers(True, z=z)
-        places = (np.arange(len(heights)) - (len(heights) - 1) / 2) * spacing
-        return Obstacle.from_samples(places, heights)
+        count = len(require_numbers(True, z=z))
+        return Obstacle.from_samples((np.arange(count) - (count - 1) / 2) * spacing, z)
 
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at x, array (n,) (lengths)."""

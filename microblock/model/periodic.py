@@ -112,15 +112,32 @@ class Repeated:
         return about
 
     def repeats(self) -> bool:
-        """Returns whether the heights at both ends of a period are the same, as far as samples see."""
-        return agree_at_ends(self._sampled(map(self._span, self.windows)), range(self.dimensions))
+        """Returns whether the heights at both ends of a period are the same, and none that is given beyond it
+        is lower than its image there, as far as samples see. A formula that is given everywhere may be: the
+        period is cut out of it.
+        """
+        period = [self._span(window) for window in self.windows]
+        values = self._sampled(period)
+        if not agree_at_ends(values, range(self.dimensions)):
+            return False
+        steps = self.period * np.vstack((np.eye(self.dimensions), -np.eye(self.dimensions)))
+        beyond = [
+            self._sampled([(left + step, right + step) for (left, right), step in zip(period, along)])
+            for along in steps
+        ]
+        if np.isfinite(beyond).all() and not as_obstacle(self.profile).ends:
+            return True
+        return not any((image < values - _allowed(values)).any() for image in beyond)
 
 
 def agree_at_ends(values: Array, axes: Iterable[int]) -> bool:
     """Returns whether samples of a period, both its ends among them, are the same there along these axes."""
-    finite = values[np.isfinite(values)]
-    allowed = 0.0
-    if len(finite):
-        allowed = EQUAL * np.ptp(finite)
+    allowed = _allowed(values)
     pairs = [(values.take(0, axis), values.take(-1, axis)) for axis in axes]
     return all(np.allclose(first, last, rtol=0.0, atol=allowed) for first, last in pairs)
+
+
+def _allowed(values: Array) -> float:
+    """Returns how much values that are equal may differ."""
+    finite = values[np.isfinite(values)]
+    return EQUAL * float(np.ptp(finite)) if len(finite) else 0.0

@@ -1,5 +1,8 @@
 """Measured height maps: where samples lie, holes, trends, and what roughness is called by."""
 
+import sys
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -111,8 +114,40 @@ def test_a_spectrum_has_a_plateau_and_ends():
 
 def test_matrices_are_read_from_files(tmp_path):
     file = tmp_path / "map.txt"
-    np.savetxt(file, HEIGHTS)
-    assert np.array_equal(mb.RoughSurface.from_file(file, spacing=0.5).heights, HEIGHTS)
+    for separator in (" ", ",", "; ", "\t"):
+        np.savetxt(file, HEIGHTS, delimiter=separator, header="Width: 3 \xb5m", encoding="latin-1")
+        assert np.array_equal(mb.RoughSurface.from_file(file, spacing=0.5).heights, HEIGHTS)
+    array = tmp_path / "map.npy"
+    np.save(array, HEIGHTS)
+    assert np.array_equal(mb.RoughSurface.from_file(array, spacing=0.5).heights, HEIGHTS)
+    np.save(array, np.array(["a"]))
+    with pytest.raises(mb.BadArgument, match="file = .*numbers"):
+        mb.RoughSurface.from_file(array, spacing=0.5)
+
+
+def test_a_unit_of_a_file_that_names_none_is_refused(monkeypatch):
+    """It was said to be none that SurfaceTopography reads."""
+    read = SimpleNamespace(
+        unit=None, is_periodic=False, physical_sizes=(3.0, 1.0), heights=lambda: -HEIGHTS.T
+    )
+    module = SimpleNamespace(read_topography=lambda file: read)
+    monkeypatch.setitem(sys.modules, "SurfaceTopography", module)
+    assert np.array_equal(mb.RoughSurface.from_file(__file__).heights, HEIGHTS)
+    with pytest.raises(mb.BadArgument, match="unit = 'um': must be left out: the file names none"):
+        mb.RoughSurface.from_file(__file__, unit="um")
+
+
+def test_lists_of_points_are_no_matrices(tmp_path):
+    """12 places and heights were a map of 12 x 3 heights; integers of few values are no places."""
+    file = tmp_path / "points.csv"
+    x1, x2 = np.meshgrid(np.arange(4.0), np.arange(3.0))
+    points = np.column_stack((x1.ravel(), x2.ravel(), np.cos(x1.ravel())))
+    for rows, words in ((points, "x1, x2 and height"), (points[:-2], "x1, x2"), (points[:4, ::2], "profile")):
+        np.savetxt(file, rows, delimiter=",")
+        with pytest.raises(mb.BadArgument, match=words):
+            mb.RoughSurface.from_file(file, spacing=0.5)
+    np.savetxt(file, np.tile([[2, 1, 0], [0, 1, 2]], (3, 1)))
+    assert mb.RoughSurface.from_file(file, spacing=0.5).heights.shape == (6, 3)
 
 
 @pytest.mark.parametrize(

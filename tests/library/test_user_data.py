@@ -227,6 +227,22 @@ def test_numbers_of_every_kind_are_numbers():
     assert real_numbers(pandas.Series([1, None], dtype="Int64"))[0] == 1.0
 
 
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda z: mb.Obstacle.from_samples([0, 1, 2], z[0]),
+        lambda z: mb.Rough.from_heights(z[0], 1.0),
+        lambda z: mb.RoughSurface.from_heights(z, 1.0),
+    ],
+)
+def test_unsigned_heights_are_refused(make):
+    """-z of what a camera measured from above, 8 bits a height, was an obstacle 253 high without a word."""
+    z = np.array([[1, 2, 3], [3, 4, 5]], np.uint8)
+    with pytest.raises(mb.BadArgument, match="must not be unsigned integers"):
+        make(-z)
+    make(-z.astype(float))
+
+
 L = 1.0
 
 
@@ -284,6 +300,34 @@ def test_maps_lie_in_any_window_of_a_period(start):
     assert problem.solve(0.05).contact_area == pytest.approx(expected.contact_area, rel=0.05)
 
 
+@pytest.mark.parametrize("period, length", [(0.9, 1.0), (0.7, 2.0), (1.5, 2.0)])
+def test_samples_wider_than_a_period_repeat_or_are_refused(period, length):
+    """The middle was cut out without a word, and valleys of the rest were lost."""
+    x = np.linspace(0.0, length, 129)
+    samples = mb.Obstacle.from_samples(x, 0.01 * (1 - np.cos(2 * np.pi * x)))
+    ground = mb.HalfPlane(mb.Elastic(E=100, nu=0.3), period=1.0)
+    whole = mb.Contact(ground, samples, mb.Unilateral(), mb.Cells(nodes=128)).solve(load=0.1)
+    assert whole.half_width == pytest.approx(0.0544, abs=1 / 128)  # Westergaard's, to a cell
+    with pytest.raises(mb.BadArgument, match=f"must repeat with the period, {period}"):
+        mb.Contact(mb.HalfPlane(ground.solid, period=period), samples, mb.Unilateral())
+
+
+def test_maps_wider_than_a_period_repeat_or_are_refused():
+    places = np.abs(np.arange(-20, 21.0))
+    ridges = mb.RoughSurface.from_heights(-0.001 * np.minimum.outer(places, places), 0.03)
+    ground = mb.HalfSpace(mb.Elastic(E=100, nu=0.3), period=1.0)
+    with pytest.raises(mb.BadArgument, match="must repeat with the period"):
+        mb.Contact(ground, ridges, mb.Unilateral())
+    mb.Contact(ground, mb.Sphere(R=10), mb.Unilateral())  # of a formula the period is cut out
+
+
+def test_the_methods_of_a_period_are_said_to_be_its_own():
+    """Panels, the default of a half-plane, "must be Cells() on a HalfPlane"."""
+    ground = mb.HalfPlane(mb.Elastic(E=100, nu=0.3), period=1.0)
+    with pytest.raises(mb.BadArgument, match=r"must be Cells\(\) on a HalfPlane with a period"):
+        mb.Contact(ground, mb.Cylinder(R=10), mb.Unilateral(), mb.Panels())
+
+
 def test_pads_narrower_than_a_period_are_the_same_wherever_they_lie():
     problem = mb.Contact(mb.HalfPlane(BLOCKS, period=L), mb.Punch(0.2), mb.Microblock(), mb.Cells(128))
     pad = problem.with_(obstacle=mb.Obstacle.from_samples([0.3, 0.5, 0.7], [0, 0, 0]))
@@ -334,8 +378,14 @@ FILES = {
     "Dektak 150": (
         "Lateral um  Raw Profile nm\n" + rows("  ", scale=(1e3, 1e6)),
         "ascii",
-        None,
-        "no unit named",  # titles of six words over two columns
+        "um",
+        "height from column 2 (nm)",
+    ),
+    "Dektak with more separators below than above": (
+        "Scan Data\nLateral um,Raw Micrometer,\n" + rows(",", scale=(1e3, 1e3), more=lambda i: ["", ""]),
+        "latin-1",
+        "um",
+        "height from column 2 (um)",
     ),
     "Alicona": ("Profile path [m]; height [m]\n" + rows(";", scale=(1e-3, 1e-3)), "utf-8", "m", "taken in m"),
     "KLA Tencor": (
@@ -399,6 +449,7 @@ FILES = {
 DOUBTFUL = {  # text: (option of the reader, words of the refusal)
     FILES["KLA Tencor"][0]: ({"columns": ("2:um", "3:mm")}, "2:mm 3:um"),
     "x,raw,filtered\n" + rows(",", more=lambda i: [str(i * i)]): ({"columns": (1, "raw")}, "columns"),
+    "Lateral um Raw Profile nm\n" + rows(" "): ({"columns": ("1:um", "2:nm")}, "names um and nm above"),
     "x (mm),z\n" + rows(","): ({"columns": ("1:mm", "2:mm")}, "1:mm 2:um"),
     "7 0\n8 0 0\n" + rows(" "): ({"skip": 2}, "skip 2"),
     "0, low\n" + rows(","): ({"skip": 1}, "skip 1"),
@@ -416,6 +467,7 @@ NO_PROFILE = {
     b"0, 0\n2, 1\n1, 2\n": "sort it, average duplicates",
     b"0, 0\n0, 1\n": "average duplicates",
     b"0, 0\n": "at least two numbers",
+    b"# Width: 6 mm\n2 1 0 0\n1 0 0 0\n0 0 0 0\n": "height maps are read by RoughSurface.from_file",
     b"0, nan\n1, 2\n": "two neighbours",
     b"0,05\n0,04\n": "decimal signs",
     b"\x89PNG\r\n\x1a\n": "no text",
@@ -439,12 +491,10 @@ def test_files_of_instruments_are_read(instrument, written):
     """15 of 20 were refused."""
     text, encoding, unit, words = FILES[instrument]
     profile = read_profile(written(text, encoding))
-    # the text has seven digits; without titles lengths are as they stand
-    part = {"mm": 1, "um": 1e3, "m": 1e-3, None: 1e3 if "Dektak 150" in instrument else 1}[unit]
+    part = {"mm": 1, "um": 1e3, "m": 1e-3, None: 1}[unit]
     assert profile.unit == unit and words in "; ".join(profile.understood)
-    assert np.allclose(np.sort(profile.x[:5]), part * FILE_X, rtol=1e-6)
-    heights = part * FILE_Z if "Dektak 150" not in instrument else 1e6 * FILE_Z
-    assert np.allclose(profile.z[:5], heights, rtol=1e-6)
+    assert np.allclose(np.sort(profile.x[:5]), part * FILE_X, rtol=1e-6)  # the text has seven digits
+    assert np.allclose(profile.z[:5], part * FILE_Z, rtol=1e-6)
 
 
 @pytest.mark.parametrize("text", DOUBTFUL)
