@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..contact_solvers import active_set
-from ..errors import NotConverged
+from ..errors import BadArgument, NotConverged
 from ..model.intervals import distance_to_root, runs
 from ..model.problem import Problem
 from ..model.quadrature import gauss_rule
@@ -73,7 +73,13 @@ def _pressed(problem: Problem, load: float, cells: Array, start: Flags | None) -
     gaps = problem.initial_gap(np.repeat(np.arange(count), len(x)), np.tile(x, count))
     if start is None:  # where a classical contact would be, over a parabola
         start = gaps <= gaps.min() + classical_rise(load, problem.E_star)
-    solution = active_set.solve(_flexibility(problem, x, widths), gaps, load=load, start=start.ravel())
+    try:
+        solution = active_set.solve(_flexibility(problem, x, widths), gaps, load=load, start=start.ravel())
+    except BadArgument as failure:
+        if failure.name != "matrix":
+            raise
+        words = "the contact is too narrow beside the obstacle for rounding"
+        raise NotConverged(words) from failure
     return solution.forces.reshape(count, -1) / widths, solution.closed.reshape(count, -1)
 
 

@@ -451,7 +451,8 @@ class State(PlainData):
         Raises
         ------
         BadArgument
-            As `pressure_at`, and in three dimensions.
+            As `pressure_at`, and in three dimensions, where ``height - approach + displacement`` is the gap
+            of `Unilateral` at `points`.
 
         Examples
         --------

@@ -321,6 +321,14 @@ def test_maps_wider_than_a_period_repeat_or_are_refused():
     mb.Contact(ground, mb.Sphere(R=10), mb.Unilateral())  # of a formula the period is cut out
 
 
+def test_a_profile_as_steep_as_heights_in_the_wrong_unit_is_named():
+    """The user was told of an argument "matrix", which rounding had made indefinite."""
+    ground = mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1))
+    steep = mb.Obstacle.from_samples([0.0, 0.2, 0.3, 0.5], [-93.3, -76.0, -64.4, -49.8])
+    with pytest.raises(mb.NotConverged, match="too narrow beside the obstacle"):
+        mb.Contact(ground, steep, mb.Microblock(), mb.Panels()).solve(load=1.0)
+
+
 def test_the_methods_of_a_period_are_said_to_be_its_own():
     """Panels, the default of a half-plane, "must be Cells() on a HalfPlane"."""
     ground = mb.HalfPlane(mb.Elastic(E=100, nu=0.3), period=1.0)
