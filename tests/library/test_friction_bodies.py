@@ -67,7 +67,7 @@ def test_forces_of_four_corners_settle():
         assert state.gaps.min() > -1e-6 and (state.forces * state.gaps).max() < 1e-6
 
 
-@pytest.mark.parametrize("law", LAWS[:2], ids=str)
+@pytest.mark.parametrize("law", [POINTS, pytest.param(BLOCKS, marks=pytest.mark.nightly)], ids=str)
 def test_a_half_between_planes_of_symmetry_has_the_states_of_the_whole(law):
     """Of half of the loads; across the plane the obstacle does not move, and no sum of shear is given."""
     loads = np.array([(1, 0, 0), (1, 0.5 * F, 0)])
@@ -126,7 +126,7 @@ def test_a_scene_turned_by_17_degrees_has_the_same_numbers():
     assert next(sizes) == pytest.approx(next(sizes), abs=1e-4 * F * usual.pressure.max())
 
 
-@pytest.mark.parametrize("law", LAWS, ids=str)
+@pytest.mark.parametrize("law", [*LAWS[:2], pytest.param(LAWS[2], marks=pytest.mark.nightly)], ids=str)
 def test_a_cylinder_on_a_strip_is_that_of_the_plane(law):
     """A strip of one element between planes of symmetry has the fields of the plane's quadrilaterals, whose
     events are exact: increments leave a hundredth of q, and less of the rest.
@@ -224,13 +224,13 @@ def test_the_estimate_sees_shear_and_increments():
 
 
 def test_results_go_where_others_go(tmp_path):
-    history = mb.Contact(block(half=True), SPHERE, BLOCKS).history([(P / 2, 0.2 * P / 2, 0)])
+    history = mb.Contact(block(half=True), SPHERE, BLOCKS).history([(P / 8, 0.2 * P / 8, 0)])
     (state,) = history.states
     history.save(tmp_path / "history.npz")
     assert mb.load(tmp_path / "history.npz").to_dict() == history.to_dict()
     mb.to_csv(history, tmp_path / "history.csv")
     rows = read_records(tmp_path / "history.csv")
-    assert sum(row["weight"] * row["shear_traction1"] for row in rows) == pytest.approx(0.1 * P)
+    assert sum(row["weight"] * row["shear_traction1"] for row in rows) == pytest.approx(0.2 * P / 8)
     mb.to_vtk(history, tmp_path / "history")
     assert history.plot(tmp_path / "history.png") and state.plot(tmp_path / "state.png")
     q = state.shear_traction_at([(0.0, 0.0), (5.0, 0.0)])
