@@ -23,8 +23,14 @@ MISSING = {"", "-", "--", "---", "*", "***", "nan", "na", "n/a", "#n/a", "null",
 MISSING.add("-99999.9999")  # of Keyence
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "å": 1e-10}
 METRES |= {"inch": 0.0254, "mil": 2.54e-5}
-SPELT = {"μm": "um", "micron": "um", "microns": "um", "micrometer": "um", "angstrom": "å"}
+SPELT = {"μm": "um", "micron": "um", "microns": "um", "angstrom": "å", "angstroms": "å", "inches": "inch"}
+PREFIXES = {"": "m", "centi": "cm", "milli": "mm", "micro": "um", "nano": "nm"}
+SPELT |= {prefix + word: unit for prefix, unit in PREFIXES.items() for word in ("meter", "metre")}
+SPELT |= {f"{word}s": unit for word, unit in SPELT.items() if word.endswith(("meter", "metre"))}
+# words of the header that call the unit that follows that of one axis
+AXES = {"horizontal": "x", "lateral": "x", "vertical": "z", "height": "z"}
 TITLES = {"x": {"x", "lateral", "distance", "position", "scan", "length"}, "z": {"z", "height", "profile"}}
+BY_COLUMNS = "not by column: say the units by columns, such as 1:um 2:nm"
 NO_COLUMNS = "has no two columns of numbers"
 SEPARATORS = ("\t", ";", ",", None)  # None: blanks
 
@@ -341,13 +347,9 @@ def _columns(table: _Table, entries: Sequence[int | str] | None) -> tuple[_Colum
 def _refuse_units_of_no_column(lines: Iterable[str]) -> None:
     """Refuses the line above the rows if it names units of length, of columns that are not told."""
     for line in lines:
-        words = [SPELT.get(word, word) for word in re.findall(r"[^\W\d_]{2,}", line.lower())]
-        units = [word for word in words if word in METRES]
+        units = {unit for unit in _units(line) if len(unit) > 1}  # a letter may be that of a name
         if units:
-            raise _NoProfile(
-                f"names {' and '.join(units)} above the rows, but not by column: say the units by columns, "
-                "such as 1:um 2:nm"
-            )
+            raise _NoProfile(f"names {' and '.join(sorted(units))} above the rows, but {BY_COLUMNS}")
 
 
 def _clear_columns(table: _Table) -> list[int]:
@@ -391,9 +393,16 @@ def _column(table: _Table, entry: str) -> _Column:
 
 
 def _with_unit(table: _Table, column: _Column, letter: str) -> _Column:
-    """Returns a column, of x or z, with its unit, if its entry, its title or the header names it."""
-    unit = column.unit or _unit(table.titles[column.number]) or _unit_above(table.above, letter)
-    return _Column(column.number, unit)
+    """Returns a column, of x or z, with its unit, if its entry, its title or the header names it; refuses a
+    title with a number beside the unit, a factor.
+    """
+    if column.unit:
+        return column
+    title = table.titles[column.number]
+    unit = _unit(title)
+    if unit and re.search(r"[\[(<][^\])>]*\d[^\])>]*[\])>]", title):
+        raise _NoProfile(f"has a number in the unit of {title!r}: say by columns, such as 1:um 2:nm")
+    return _Column(column.number, unit or _unit_above(table.above, letter))
 
 
 def _unit(text: str) -> str | None:
@@ -410,11 +419,23 @@ def _unit(text: str) -> str | None:
     return None
 
 
+def _units(line: str) -> set[str]:
+    """Returns the units of length among the words of a line; one letter counts at its end or in brackets."""
+    words = re.findall(r"[^\W\d_]{2,}", line.lower())
+    units = {SPELT.get(word, word) for word in words} | {_unit(line) or ""}
+    return units & set(METRES)
+
+
 def _unit_above(lines: Iterable[str], letter: str) -> str | None:
-    """Returns the unit that a line of the header names, of both columns or of the one called by a letter."""
+    """Returns the unit that the header names, of both columns or of the one called by a letter; refuses
+    several.
+    """
+    units = set[str]()
     for line in lines:
         axes = re.findall(r"\b[xyz](?=\b|[ _-]?units?)", line.lower())
-        unit = _unit(line)
-        if "unit" in line.lower() and unit and (not axes or letter in axes):
-            return unit
-    return None
+        axes += [AXES[word] for word in re.findall(r"[^\W\d_]+", line.lower()) if word in AXES]
+        if "unit" in line.lower() and (not axes or letter in axes):
+            units |= _units(line)
+    if len(units) > 1:
+        raise _NoProfile(f"names {' and '.join(sorted(units))} above the rows, but {BY_COLUMNS}")
+    return units.pop() if units else None

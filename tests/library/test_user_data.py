@@ -395,6 +395,18 @@ FILES = {
         "um",
         "height from column 2 (um)",
     ),
+    "units of axes": (
+        "Horizontal unit: mm\nVertical unit: um\n" + rows(",", scale=(1, 1e3)),
+        "utf-8",
+        "mm",
+        "height from column 2 (um)",
+    ),
+    "units in words": (
+        "x (millimetres),z (nanometers)\n" + rows(",", scale=(1, 1e6)),
+        "utf-8",
+        "mm",
+        "height from column 2 (nm)",
+    ),
     "Alicona": ("Profile path [m]; height [m]\n" + rows(";", scale=(1e-3, 1e-3)), "utf-8", "m", "taken in m"),
     "KLA Tencor": (
         "Scan Type: 2D\n12:33:01 05-12-21\n#\tx(um)\tz(A)\n"
@@ -457,7 +469,10 @@ FILES = {
 DOUBTFUL = {  # text: (option of the reader, words of the refusal)
     FILES["KLA Tencor"][0]: ({"columns": ("2:um", "3:mm")}, "2:mm 3:um"),
     "x,raw,filtered\n" + rows(",", more=lambda i: [str(i * i)]): ({"columns": (1, "raw")}, "columns"),
-    "Lateral um Raw Profile nm\n" + rows(" "): ({"columns": ("1:um", "2:nm")}, "names um and nm above"),
+    "Lateral um Raw Profile nm\n" + rows(" "): ({"columns": ("1:um", "2:nm")}, "names nm and um above"),
+    "x-unit mm, z-unit um\nx,z\n" + rows(","): ({"columns": ("1:mm", "2:um")}, "names mm and um above"),
+    "Unit: mm/um\n" + rows(","): ({"columns": ("1:mm", "2:um")}, "names mm and um above"),
+    "x (10^-6 m),z (m)\n" + rows(","): ({"columns": ("1:um", "2:m")}, "a number in the unit of 'x"),
     "x (mm),z\n" + rows(","): ({"columns": ("1:mm", "2:mm")}, "1:mm 2:um"),
     "7 0\n8 0 0\n" + rows(" "): ({"skip": 2}, "skip 2"),
     "0, low\n" + rows(","): ({"skip": 1}, "skip 1"),
