@@ -247,7 +247,7 @@ class Contact:
         rtol : float, optional
             Relative error, that of `State.error_estimate`, which is obtained or refused. Without it the usual
             one of the body is aimed at (1e-3; 1e-2 where it has cells alone), and the best state returned
-            that about a second gives; or the discretisation that the method or the mesh fixes, which refuse
+            that a few seconds give; or the discretisation that the method or the mesh fixes, which refuse
             an rtol. Under samples that leave more open of the pressure `Cells` may stay above it,
             which `State.warnings` say.
         accuracy : "pressure", "load", "depth" or "stiffness"
@@ -516,4 +516,4 @@ def _shortfall(goal: float | None, result: State | History) -> str:
     error = result.error_estimate
     if not isinstance(goal, Usual) or error is None or error <= goal:
         return ""
-    return f"the usual rtol of {goal:g} was not reached in about a second: the estimate is {error:.1e}"
+    return f"the usual rtol of {goal:g} was not reached: the estimate is {error:.1e}; an rtol goes on"

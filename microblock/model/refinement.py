@@ -25,7 +25,7 @@ Result = TypeVar("Result")
 
 
 class Usual(float):
-    """The usual rtol of a method, aimed at where none was asked for: the best that about a second gives is
+    """The usual rtol of a method, aimed at where none was asked for: the best that a few seconds give is
     returned if it is not reached.
     """
 
