@@ -326,7 +326,7 @@ class MonolithicNewton:
             forces=forces,
             closed=closed,
             iterations=iterations,
-            unknowns=sum(self.free),
+            unknowns=self.free.NumSet(),
             residual=unbalanced if in_space else max(unbalanced, violation),
             open=violation if in_space else 0.0,
             variation=variation,

@@ -55,7 +55,7 @@ class Direct:
         system = (self.stiffness + tangent).CreateSparseMatrix()
         cost.require_room(
             cost.plane_factor_bytes(system.height, system.nze),
-            f"factors of {sum(free)} unknowns",
+            f"factors of {free.NumSet()} unknowns",
             "take longer elements or a lower order, or condense the body to its contact nodes: Condensed()",
         )
         try:
