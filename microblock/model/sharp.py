@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from .deformable import shape_of
+from .height_map import HeightMap
 from .intervals import contains
 from .obstacles import Samples, jumps_of
 from .problem import Problem
@@ -106,6 +107,29 @@ def of_samples(contact: PlaneContact) -> list[str]:
         )
         sentences.append(words if len(samples.ends) == 2 else words.partition(";")[0])
     return sentences
+
+
+def of_map(obstacle: Any, state: Any) -> list[str]:
+    """Returns a sentence on a contact in space, of a state, that reaches an edge of a height map or of a hole
+    in it: a cell and a corner's distance farther there is no obstacle.
+    """
+    heights = shape_of(obstacle)
+    if not isinstance(heights, HeightMap):
+        return []
+    touching = state.closed > 0
+    reach = np.sqrt(state.weights[touching])
+    if len(state.pressures) > 1:
+        reach = reach + state.solid.ell / 2
+    x1, x2 = state.points[touching, :2].T
+    beside = [(x1 + reach * a, x2 + reach * b) for a, b in ((1, 0), (-1, 0), (0, 1), (0, -1))]
+    at_edge = np.isinf([heights.height(*places) for places in beside]).any(axis=0)
+    if not at_edge.any():
+        return []
+    place = int(np.argmax(at_edge))
+    return [
+        f"the contact reaches an edge of the map, as at ({x1[place]:.3g}, {x2[place]:.3g}), taken as sharp: "
+        "measure farther, fill holes, or check the sign of the heights, which grow away from the body"
+    ]
 
 
 def _seen(places: Sequence[float], period: float | None) -> list[float]:

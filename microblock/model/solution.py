@@ -20,7 +20,7 @@ from .interpolant import Response, read_only
 from .intervals import contact_zones, over_the_end
 from .material import Elastic
 from .obstacles import as_obstacle, initial_gap, returned
-from .sharp import of_samples
+from .sharp import of_map, of_samples
 from .state import State
 from .surface import Surface
 from .types import Array, Flags, Integers, Interval, Zones
@@ -420,7 +420,7 @@ class SpaceSolution(Solution):
 
     def warnings(self, state: State) -> list[str]:
         """Returns sentences on what the state does not resolve."""
-        return [*_far_off(state), *self.remarks()]
+        return [*_far_off(state), *of_map(self.solver.obstacle, state), *self.remarks()]
 
     def moment_at(self, places: Array) -> Array:
         """Returns M1 and M2 at places, array (n, 2)."""

@@ -57,6 +57,21 @@ def test_holes_reach_to_the_samples_about_them():
     assert filled.height(np.zeros(1), np.zeros(1)) == pytest.approx(6.0)
 
 
+@pytest.mark.parametrize("law", [mb.Unilateral(), mb.Microblock()])
+def test_a_contact_at_the_edge_of_a_map_says_so(law):
+    """Heights with the wrong sign touched at the four corners of the map without a word."""
+    x = np.linspace(-1, 1, 21)
+    bowl = np.add.outer(x**2, x**2) / 20
+    ground = mb.HalfSpace(mb.Cosserat(E=100, nu=0.3, ell=0.05, beta=1), period=2.1)  # nothing to search for
+    holed = np.where(np.hypot(*np.meshgrid(x, x)) < 0.15, np.nan, bowl)
+    for heights, place in ((bowl, None), (-bowl, r"(-1|1|0\.\d+), "), (holed, r"-?0\.\d+, ")):
+        problem = mb.Contact(ground, mb.RoughSurface.from_heights(heights, 0.1), law, mb.Cells(nodes=42))
+        warnings = [words for words in problem.solve(load=0.05).warnings if "edge of the map" in words]
+        assert len(warnings) == bool(place), warnings
+    problem = mb.Contact(mb.HalfSpace(ground.solid, period=1.0), MAP, law, mb.Cells(nodes=32))
+    assert not any("edge of the map" in words for words in problem.solve(load=0.1).warnings)
+
+
 def test_trends_are_taken_off_what_is_there():
     rows, columns = np.indices((6, 7))
     plane = 3.0 + 0.1 * rows - 0.2 * columns
