@@ -31,6 +31,7 @@ SPELT |= {f"{word}s": unit for word, unit in SPELT.items() if word.endswith(("me
 AXES = {"horizontal": "x", "lateral": "x", "vertical": "z", "height": "z"}
 TITLES = {"x": {"x", "lateral", "distance", "position", "scan", "length"}, "z": {"z", "height", "profile"}}
 BY_COLUMNS = "not by column: say the units by columns, such as 1:um 2:nm"
+COUNTS = {"", "index", "no", "nr", "n", "i", "row", "point"}  # titles of columns that number the rows
 NO_COLUMNS = "has no two columns of numbers"
 SEPARATORS = ("\t", ";", ",", None)  # None: blanks
 
@@ -365,12 +366,22 @@ def _clear_columns(table: _Table) -> list[int]:
         choices = [filled, varied]
     for columns in choices:
         if len({*columns}) == len(columns) == 2:
+            _refuse_count(table, columns[0])
             return columns
     count = len(table.titles)
     raise _NoProfile(
         f"has {count} columns of numbers: say by columns which are x and height, such as 1 {count}; "
         "height maps are read by RoughSurface.from_file"
     )
+
+
+def _refuse_count(table: _Table, number: int) -> None:
+    """Refuses a column, in place of x, whose values count rows and whose title says so or is missing."""
+    title = table.titles[number].strip("#. ").lower()
+    counts = bool((np.diff(table.numbers[:, number]) == 1).all())
+    if counts and title in COUNTS and any(table.titles):
+        words = "counts its rows and has no x: if the count is x, say so by columns, such as"
+        raise _NoProfile(f"{words} 1 {len(table.titles)}")
 
 
 def _column(table: _Table, entry: str) -> _Column:

@@ -471,6 +471,7 @@ DOUBTFUL = {  # text: (option of the reader, words of the refusal)
     "x,raw,filtered\n" + rows(",", more=lambda i: [str(i * i)]): ({"columns": (1, "raw")}, "columns"),
     "Lateral um Raw Profile nm\n" + rows(" "): ({"columns": ("1:um", "2:nm")}, "names nm and um above"),
     "x-unit mm, z-unit um\nx,z\n" + rows(","): ({"columns": ("1:mm", "2:um")}, "names mm and um above"),
+    ",height\n0,0.5\n1,0\n2,0.5\n": ({"columns": (1, 2)}, "counts its rows"),
     "Unit: mm/um\n" + rows(","): ({"columns": ("1:mm", "2:um")}, "names mm and um above"),
     "x (10^-6 m),z (m)\n" + rows(","): ({"columns": ("1:um", "2:m")}, "a number in the unit of 'x"),
     "x (mm),z\n" + rows(","): ({"columns": ("1:mm", "2:mm")}, "1:mm 2:um"),
