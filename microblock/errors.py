@@ -19,6 +19,8 @@ BOUNDED = "a flat or low one presses a Body, whose surface ends, or with period=
 # of lengths, stresses and loads: products of a few of them stay within 1e+-300
 SMALLEST = 1e-50
 LARGEST = 1e50
+MARKS_OF_HOLES = 9999, 99999, 32767, 32768  # of grids of ESRI and of instruments of 16 bits, of either sign
+LEAST_HUGE_MARK = 1e30  # of Surfer's 1.70141e38 and the largest number of 32 bits
 SIZES = (
     f"must lie between {SMALLEST:g} and {LARGEST:g} in absolute value: double precision does not carry "
     "products of others; take other units"
@@ -448,11 +450,21 @@ def require_floats(words: str, masked: float = np.nan, /, **arguments: Any) -> A
         raise BadArgument(name, values, words) from failure
 
 
-def require_signed(**heights: Any) -> None:
-    """Raises BadArgument of unsigned integers: -z of those, of what was measured from above, wraps round."""
+def require_heights(**heights: Any) -> None:
+    """Raises BadArgument of unsigned integers: -z of those, of what was measured from above, wraps round; and
+    of a number by which files mark holes, where all other heights are far from it.
+    """
     ((name, values),) = heights.items()
     words = "must not be unsigned integers, whose negative wraps round: take them as float"
     require(_entries(values).dtype.kind != "u", name, values, words)
+    finite = real_numbers(values)
+    finite = finite[np.isfinite(finite)]
+    marked = np.isin(np.abs(finite), MARKS_OF_HOLES) | (np.abs(finite) >= LEAST_HUGE_MARK)
+    for mark in set(finite[marked].tolist()):
+        others = finite[finite != mark]
+        if others.size and np.abs(others - mark).min() > 10 * np.ptp(others):
+            holes = finite.size - others.size
+            raise BadArgument(name, mark, f"stands in {holes} places, and seems to mark holes: make them NaN")
 
 
 def require_numbers(holes: bool = False, /, **arguments: Any) -> Any:

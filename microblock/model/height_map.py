@@ -16,9 +16,9 @@ from ..errors import (
     require_choice,
     require_flag,
     require_floats,
+    require_heights,
     require_kind,
     require_numbers,
-    require_signed,
 )
 from . import roughness
 from .obstacles import RigidObstacle
@@ -175,7 +175,7 @@ class HeightMap(RigidObstacle):
         """
         words = "must be an array (rows, columns) of numbers, two by two at least"
         heights = require_floats(words, z=z)
-        require_signed(z=z)
+        require_heights(z=z)
         require_flag(periodic=periodic)
         require_flag(fill=fill)
         require(heights.ndim == 2 and min(heights.shape) >= 2, "z", z, words)

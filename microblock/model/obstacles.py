@@ -27,9 +27,9 @@ from ..errors import (
     require_finite,
     require_flag,
     require_floats,
+    require_heights,
     require_numbers,
     require_positive,
-    require_signed,
     require_whole,
     shortened,
 )
@@ -359,7 +359,7 @@ class Samples(RigidObstacle):
             require(not callable(values), name, values, words)
         x = require_numbers(x=self.x)
         z = require_numbers(True, z=self.z)
-        require_signed(z=self.z)
+        require_heights(z=self.z)
         rightwards = not (len(x) > 1 and np.all(np.diff(x) < 0))
         way = slice(None, None, 1 if rightwards else -1)
         object.__setattr__(self, "x", tuple(x[way].tolist()))

@@ -243,6 +243,21 @@ def test_unsigned_heights_are_refused(make):
     make(-z.astype(float))
 
 
+@pytest.mark.parametrize("mark", [-9999, 1.70141e38])
+@pytest.mark.parametrize(
+    "make", [lambda z: mb.Rough.from_heights(z.ravel(), 1.0), lambda z: mb.RoughSurface.from_heights(z, 1.0)]
+)
+def test_numbers_that_mark_holes_are_refused(make, mark):
+    """A hole of -9999 was the place of contact without a word; heights about 9999 are no marks."""
+    z = np.array([[0.1, 0.2, 0.3], [0.3, 0.4, 0.5]])
+    z[1, 2] = mark
+    with pytest.raises(mb.BadArgument, match="stands in 1 places, .* make them NaN"):
+        make(z)
+    z[1, 2] = np.nan
+    make(z)
+    make(np.array([[9990, 9999, 10008], [9999, 9995, 9991]]))
+
+
 L = 1.0
 
 
