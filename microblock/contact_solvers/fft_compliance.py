@@ -105,9 +105,10 @@ class CellResponse:
     ----------
     symbol : function of wavenumbers k, array (n,), that returns U, V, W and W_par, or U, V, W
     averages : function that returns averages of the response over cells 0, 1, ... cells away, arrays
-        (count, ...), the upper triangle of R, or where psi = 0 its first column
+        (count, ...), the upper triangle of R, or of one corner its first row
     count, width : number of cells along an axis, and their width
     dimensions : number of axes
+    one_corner : whether loads are forces alone
     clamped : whether psi = 0 on the whole surface
     mean_rotation : float or None, W on a period for k -> 0; None without images
     """
@@ -117,6 +118,7 @@ class CellResponse:
     count: int
     width: float
     dimensions: int
+    one_corner: bool
     clamped: bool
     mean_rotation: float | None
 
@@ -137,8 +139,8 @@ class CellResponse:
         return range(1, 1 + self.dimensions)
 
     def spectrum(self) -> list[list[Array]]:
-        """Returns R on the waves of a period of `length` cells; where psi = 0 its first row and column, with
-        moments in the place of rotations.
+        """Returns R on the waves of a period of `length` cells; of one corner its first row and column, where
+        psi = 0 with moments in the place of rotations.
         """
         return self._window_spectrum() if self.mean_rotation is None else self._periodic_spectrum()
 
@@ -153,7 +155,7 @@ class CellResponse:
         size = 1 + self.dimensions
         averages = iter(cast(Array, self.averages()))
         R = [[np.empty(0)] * size for _ in range(size)]
-        for i in range(1 if self.clamped else size):
+        for i in range(1 if self.one_corner else size):
             for j in range(i, size):
                 odd = [(i == axis) != (j == axis) for axis in self.rotations]
                 R[i][j] = R[j][i] = circulant_spectrum(next(averages), self.length[0], *odd)

@@ -264,7 +264,9 @@ class LineSolver(CellSolver):
             return averages
 
         mean_rotation = at_rest(solid) if periodic else None
-        response = CellResponse(partial(plane_symbol, solid), cells, count, width, 1, clamped, mean_rotation)
+        one_corner = len(self.offsets) == 1
+        symbol = partial(plane_symbol, solid)
+        response = CellResponse(symbol, cells, count, width, 1, one_corner, clamped, mean_rotation)
         return CellFlexibility(self.offsets, self.tilt(*grid.axes), response, second)
 
     def turned(self, rotations: Array) -> Array:

@@ -12,21 +12,25 @@ tabulated in log r.
 """
 
 from collections.abc import Callable
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import pairwise
 
 import numpy as np
 from scipy.fft import fht
-from scipy.interpolate import make_interp_spline
+from scipy.interpolate import BSpline, make_interp_spline
+from scipy.ndimage import correlate1d
 
 from ..model.material import Cosserat
-from ..model.quadrature import gauss_rule, in_blocks
+from ..model.quadrature import gauss_rule, lagrange
 from ..model.types import Array
 from .symbol import ShearSymbol, surface_symbol
 
 SCALES = np.logspace(-20, 20, 1281)  # 32 a decade, between which a spline is good to 1e-11
 BESSEL_ORDERS = np.array((0, 1, 0, 2, 0, 1))
+CLAMPED = slice(4, 6)  # u and m where psi = 0
 SHEAR_ORDERS = np.array((1, 0, 2, 0, 2))
+SMOOTH = 24  # cells from the loaded one, beyond which averages are those of polynomials through cells
+NEIGHBOURS = 4  # of these on either side, for 1e-14
 
 
 class Radial:
@@ -50,9 +54,10 @@ class Radial:
         transforms[orders == 2] *= -1
         self._spline = make_interp_spline(np.log(SCALES * length), transforms.T, k=7)
 
-    def __call__(self, r: Array) -> Array:
-        """Returns the functions at r > 0, array (m, ...)."""
-        return np.asarray(np.moveaxis(self._spline(np.log(r)), -1, 0) / r)
+    def __call__(self, r: Array, rows: slice = slice(None)) -> Array:
+        """Returns the functions at r > 0, or some of them, array (m, ...)."""
+        spline = BSpline(self._spline.t, self._spline.c[:, rows], self._spline.k)
+        return np.asarray(np.moveaxis(spline(np.log(r)), -1, 0) / r)
 
     def over_loaded_cell(self, width: float) -> Array:
         """Returns averages of the functions over the loaded cell, array (m,), in polar coordinates of an
@@ -71,17 +76,16 @@ class SurfaceKernels(Radial):
     def __init__(self, solid: Cosserat) -> None:
         super().__init__(lambda k: spectra(solid, k), solid.ell)
 
-    def cells(self, count: int, width: float, clamped: bool = False) -> Array:
+    def cells(self, count: int, width: float, clamped: bool = False, most: int = 4) -> Array:
         """Returns responses averaged over square cells (i, j) = 0, 1, ... cells away.
 
-        The array (6, count, count) has `along_axes`, with psi = 0 (3, count, count).
+        The array (6, count, count) has `along_axes` of u, v, w0 and w2, or (3 or 1, count, count) of the
+        first two or one, with psi = 0 of u and m.
         """
-        transposed = [0, 2, 1] if clamped else [0, 2, 1, 5, 4, 3]
-        averages = cell_averages(
-            count, width, transposed, lambda x, y: along_axes(self(np.hypot(x, y)), x, y, clamped)
-        )
+        rows = CLAMPED if clamped else slice(most)
+        averages = cell_averages(count, width, [0, 2, 1, 5, 4, 3], partial(self, rows=rows), along_axes)
         u, _, w, _, u_clamped, _ = self.over_loaded_cell(width)
-        averages[:, 0, 0] = (u_clamped, 0, 0) if clamped else (u, 0, 0, w, 0, w)
+        averages[:, 0, 0] = (u_clamped if clamped else u, 0, 0, w, 0, w)[: len(averages)]
         return averages
 
 
@@ -97,47 +101,81 @@ class ShearKernels(Radial):
         """Returns responses averaged over square cells (i, j) = 0, 1, ... cells away: array (8, count, count)
         of z1, z2, and the components 11, 12, 22 of the displacement and of the rotation.
         """
-        averages = cell_averages(
-            count, width, [1, 0, 4, 3, 2, 7, 6, 5], lambda x, y: shear_along_axes(self(np.hypot(x, y)), x, y)
-        )
+        averages = cell_averages(count, width, [1, 0, 4, 3, 2, 7, 6, 5], self, shear_along_axes)
         _, moved, _, turned, _ = self.over_loaded_cell(width)
         averages[:, 0, 0] = (0, 0, moved, 0, moved, turned, 0, turned)
         return averages
 
 
 def cell_averages(
-    count: int, width: float, transposed: list[int], components: Callable[[Array, Array], Array]
+    count: int,
+    width: float,
+    transposed: list[int],
+    radial: Callable[[Array], Array],
+    components: Callable[[Array, Array, Array], Array],
 ) -> Array:
-    """Returns averages of components, array (c, ...), at distances (x, y) over square cells (i, j) = 0, 1,
-    ... cells away, array (c, count, count), but of the loaded cell; `transposed` are the components with x
-    and y exchanged.
+    """Returns averages over square cells (i, j) = 0, 1, ... cells away, array (c, count, count), but of the
+    loaded cell, of the components that radial functions have at distances (x, y), array (c, ...);
+    `transposed` are the components with x and y exchanged.
     """
-    averages = np.empty((len(transposed), count, count))
-    rows, columns = np.tril_indices(count)
-    for (nearest, end), order in zip(pairwise((0, 3, 12, 48, count)), (24, 8, 4, 2)):
+    averages = _smooth_averages(count, width, transposed, radial, components)
+    rows, columns = np.tril_indices(min(count, SMOOTH))
+    for (nearest, end), order in zip(pairwise((0, 3, 12, SMOOTH)), (24, 8, 4)):
         in_ring = (rows >= nearest) & (rows < end)
         i = rows[in_ring]
         j = columns[in_ring]
         points, weights = gauss_rule(order)
-        x, y = np.meshgrid((points - 0.5) * width, (points - 0.5) * width, indexing="ij")
-        for block in in_blocks(len(i), order**2):
-            x_block = i[block, None, None] * width + x
-            y_block = j[block, None, None] * width + y
-            block_averages = np.einsum("cnab,a,b->cn", components(x_block, y_block), weights, weights)
-            averages[:, i[block], j[block]] = block_averages
-            averages[:, j[block], i[block]] = block_averages[transposed]
+        x = i[:, None, None] * width + ((points - 0.5) * width)[:, None]
+        y = j[:, None, None] * width + (points - 0.5) * width
+        x, y = np.broadcast_arrays(x, y)
+        ring_averages = np.einsum("cnab,a,b->cn", components(radial(np.hypot(x, y)), x, y), weights, weights)
+        averages[:, i, j] = ring_averages
+        averages[:, j, i] = ring_averages[transposed[: len(averages)]]
     return averages
 
 
-def along_axes(values: Array, x: Array, y: Array, clamped: bool) -> Array:
-    """Returns u, v1, v2 and the components 11, 12, 22 of the tensor at (x, y), array (6, ...), or of the
-    spectra at (k1, k2); where psi = 0 everywhere u, m1 and m2 from p, array (3, ...).
+def _smooth_averages(
+    count: int,
+    width: float,
+    transposed: list[int],
+    radial: Callable[[Array], Array],
+    components: Callable[[Array, Array, Array], Array],
+) -> Array:
+    """Returns the same from the values at the middles of cells; wrong near the loaded one."""
+    rows, columns = np.tril_indices(count + NEIGHBOURS)
+    r = width * np.hypot(rows, columns)
+    r[0] = width
+    along_rows = radial(r)
+    values = np.empty((len(along_rows), count + NEIGHBOURS, count + NEIGHBOURS))
+    values[:, rows, columns] = along_rows
+    values[:, columns, rows] = along_rows
+    before = (NEIGHBOURS, 0)
+    values = np.pad(values, ((0, 0), before, before), mode="reflect")
+    cells = np.arange(-NEIGHBOURS, count + NEIGHBOURS, dtype=float)
+    points, weights = gauss_rule(NEIGHBOURS + 1)
+    of_cells = weights @ lagrange(cells[: 2 * NEIGHBOURS + 1], points - 0.5)
+    fields = components(values, *np.meshgrid(width * cells, width * cells, indexing="ij"))
+    inside = slice(NEIGHBOURS, -NEIGHBOURS)
+    averages = np.empty((len(fields), count, count))
+    for number, field in enumerate(fields):
+        if transposed[number] < number:
+            averages[number] = averages[transposed[number]].T
+        else:
+            averages[number] = correlate1d(correlate1d(field, of_cells, 0)[inside], of_cells, 1)[:, inside]
+    return averages
+
+
+def along_axes(values: Array, x: Array, y: Array) -> Array:
+    """Returns u, v1, v2 and the components 11, 12, 22 of the tensor at (x, y), array (6, ...), from u, v, w0
+    and w2, or from those of the spectra at (k1, k2); the first ones from fewer values, array (3 or 1, ...).
     """
-    u, v, w0, w2, u_clamped, m = values
     c, s = direction(x, y)
-    if clamped:
-        return np.array((u_clamped, m * c, m * s))
-    return np.array((u, v * c, v * s, *tensor(w0, w2, c, s)))
+    components = [values[0]]
+    if len(values) > 1:
+        components += [values[1] * c, values[1] * s]
+    if len(values) > 2:
+        components += tensor(values[2], values[3], c, s)
+    return np.array(components)
 
 
 def shear_along_axes(values: Array, x: Array, y: Array) -> Array:

@@ -89,7 +89,7 @@ class SecondBodyCells:
             spectrum = _smooth_response(solid, count, width)
             spectrum[0, 0] = 0
         else:
-            quarter = surface_kernels(solid).cells(count + 2 * self.margin, width)[0]
+            quarter = surface_kernels(solid).cells(count + 2 * self.margin, width, most=1)[0]
             length = next_fast_len(2 * len(quarter), real=True)
             spectrum = circulant_spectrum(quarter, length, False, False)
         length = len(spectrum)

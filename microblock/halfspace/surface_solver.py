@@ -253,17 +253,18 @@ class SurfaceSolver(CellSolver):
         """Returns the Flexibility of one square."""
         solid = self.solid
         count = grid.count
+        one_corner = len(self.offsets) == 1
         clamped = self.law.clamps_rotation
 
         def averages() -> Array:
-            values = surface_kernels(solid).cells(count, grid.width, clamped)
+            values = surface_kernels(solid).cells(count, grid.width, clamped, most=2 if one_corner else 4)
             if clamped:
                 values[1:] *= grid.width**2
             return values
 
         mean_rotation = at_rest(solid) if periodic else None
         response = CellResponse(
-            partial(surface_symbol, solid), averages, count, grid.width, 2, clamped, mean_rotation
+            partial(surface_symbol, solid), averages, count, grid.width, 2, one_corner, clamped, mean_rotation
         )
         second = None
         if self.second is not None:

@@ -13,11 +13,12 @@ from scipy.special import j0
 import microblock as mb
 from microblock.contact_solvers.fft_compliance import Grid
 from microblock.halfplane.kernels import normal_symbol, plane_symbol, short_waves
-from microblock.halfspace.kernels import BESSEL_ORDERS, Radial, surface_kernels
+from microblock.halfspace.kernels import BESSEL_ORDERS, CLAMPED, Radial, along_axes, surface_kernels
 from microblock.halfspace.penetration import gaps_beside
 from microblock.halfspace.square_search import Patch, SquareLayout
 from microblock.halfspace.squares import Squares, separation
 from microblock.halfspace.symbol import rotation_along_wave, shear_across_wave
+from microblock.model.quadrature import gauss_rule
 from tests.frozen.library_space import mesh_of
 from tests.frozen.problems_space import FUNCTIONS
 from tests.states import on_cells
@@ -113,6 +114,19 @@ def test_kernels_are_right_where_the_layer_is_thin_or_thick(beta):
     near, far = table(np.array([1e-6, 1e10])).T
     assert abs(near[3]) < 1e-5 * near[2] and near[2] * 1e-6 == pytest.approx(1 / 16 / np.pi, rel=1e-4)
     assert far[0] * 1e10 == pytest.approx(1 / 2 / np.pi, rel=1e-3)
+
+
+@pytest.mark.parametrize("clamped", [False, True])
+def test_averages_over_cells_are_those_of_fine_rules(clamped):
+    """At every distance to the rounding of the spline, over what the largest component has."""
+    table = surface_kernels(mb.Cosserat(E=2, nu=0.0, ell=1.0, beta=1.0))
+    width = 0.1
+    averages = table.cells(40, width, clamped)
+    points, weights = gauss_rule(20)
+    for i, j in ((2, 1), (11, 12), (23, 0), (24, 24), (0, 31), (39, 7)):
+        x, y = np.meshgrid(*(width * (cell + points - 0.5) for cell in (i, j)), indexing="ij")
+        exact = along_axes(table(np.hypot(x, y), CLAMPED if clamped else slice(4)), x, y) @ weights @ weights
+        assert averages[:, i, j] == pytest.approx(exact, abs=1e-11 * np.abs(exact).max())
 
 
 # --- rotated blocks
