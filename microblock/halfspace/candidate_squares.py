@@ -296,9 +296,10 @@ class CandidateSquares:
             middles = np.vstack((middles, self._inner_place))
         heights = mean_heights(self.gaps, middles, widest, least)
         if self.approach is None:
-            rise, self.radius = heights.under_load(*self.punch_loads)
+            bounds = (discs.under_load(*self.punch_loads) for discs in heights)
         else:
-            rise, self.radius = heights.at_rise(self.approach - least)
+            bounds = (discs.at_rise(self.approach - least) for discs in heights)
+        rise, self.radius = next(filter(None, bounds))
         self.bound = least + rise
 
     def _least_gap(self, x1: Array, x2: Array) -> Array:

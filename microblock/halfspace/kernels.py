@@ -30,7 +30,7 @@ BESSEL_ORDERS = np.array((0, 1, 0, 2, 0, 1))
 CLAMPED = slice(4, 6)  # u and m where psi = 0
 SHEAR_ORDERS = np.array((1, 0, 2, 0, 2))
 SMOOTH = 24  # cells from the loaded one, beyond which averages are those of polynomials through cells
-NEIGHBOURS = 4  # of these on either side, for 1e-14
+NEIGHBOURS = 4  # of these on either side, for 1e-12
 
 
 class Radial:

@@ -184,20 +184,26 @@ class RoughSurface(SelfAffine):
         amplitudes[waves] = self._of_waves(np.sqrt(square[waves]), self.hurst + 1)
         return amplitudes.reshape(shortest + 1, -1)
 
+    @cached_property
+    def _matrix(self) -> Array:
+        """Heights of products of `_waves` of x1 and of x2, array (2 n + 2, 2 n + 2)."""
+        n = self.waves[1]
+        ahead = self.amplitudes[:, n:]
+        back = self.amplitudes[:, n::-1] * (np.arange(n + 1) > 0)
+        even = ahead + back
+        odd = ahead - back
+        return np.block([[even.real, -odd.imag], [-even.imag, -odd.real]])
+
     def height(self, x1: Array, x2: Array) -> Array:
         """Returns heights at (x1, x2) (lengths)."""
         x1 = np.asarray(x1, float)
         x2 = np.asarray(x2, float)
-        n = self.waves[1]
         if x1.ndim == 2 and np.all(x1 == x1[:, :1]) and np.all(x2 == x2[:1]):  # a grid
-            first = self._waves(x1[:, 0], 0, n) @ self.amplitudes
-            second = self._waves(x2[0], -n, n).T
-            return first.real @ second.real - first.imag @ second.imag
+            return self._waves(x1[:, 0]) @ self._matrix @ self._waves(x2[0]).T
         heights = []
-        for block in in_blocks(x1.size, n):
-            first = self._waves(x1.ravel()[block], 0, n) @ self.amplitudes
-            second = self._waves(x2.ravel()[block], -n, n)
-            heights.append((first * second).sum(axis=1).real)
+        for block in in_blocks(x1.size, 4 * self.waves[1]):
+            first = self._waves(x1.ravel()[block]) @ self._matrix
+            heights.append(np.einsum("km,km->k", first, self._waves(x2.ravel()[block])))
         return np.concatenate(heights).reshape(x1.shape)
 
     def statistics(self) -> Statistics:
@@ -215,5 +221,9 @@ class RoughSurface(SelfAffine):
         power = np.abs(self.amplitudes) ** 2 / 2
         return [float(np.sum(square**k * power)) for k in (0, 1, 2)]
 
-    def _waves(self, x: Array, first: int, last: int) -> Array:
-        return np.exp(2j * np.pi / self.period * np.outer(x, np.arange(first, last + 1)))
+    def _waves(self, x: Array) -> Array:
+        """Returns cosines and sines of 2 pi m x/period at x, array (k,), for m = 0 ... n, array
+        (k, 2 n + 2).
+        """
+        powers = np.vander(np.exp(2j * np.pi / self.period * x), self.waves[1] + 1, increasing=True)
+        return np.hstack((powers.real, powers.imag))

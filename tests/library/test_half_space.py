@@ -123,7 +123,7 @@ def test_averages_over_cells_are_those_of_fine_rules(clamped):
     width = 0.1
     averages = table.cells(40, width, clamped)
     points, weights = gauss_rule(20)
-    for i, j in ((2, 1), (11, 12), (23, 0), (24, 24), (0, 31), (39, 7)):
+    for i, j in ((2, 1), (12, 0), (23, 0), (24, 24), (0, 31), (39, 7)):
         x, y = np.meshgrid(*(width * (cell + points - 0.5) for cell in (i, j)), indexing="ij")
         exact = along_axes(table(np.hypot(x, y), CLAMPED if clamped else slice(4)), x, y) @ weights @ weights
         assert averages[:, i, j] == pytest.approx(exact, abs=1e-11 * np.abs(exact).max())
