@@ -118,7 +118,7 @@ def cell_averages(
     loaded cell, of the components that radial functions have at distances (x, y), array (c, ...);
     `transposed` are the components with x and y exchanged.
     """
-    averages = _smooth_averages(count, width, transposed, radial, components)
+    averages = _smooth_averages(count, width, radial, components)
     rows, columns = np.tril_indices(min(count, SMOOTH))
     for (nearest, end), order in zip(pairwise((0, 3, 12, SMOOTH)), (24, 8, 4)):
         in_ring = (rows >= nearest) & (rows < end)
@@ -137,7 +137,6 @@ def cell_averages(
 def _smooth_averages(
     count: int,
     width: float,
-    transposed: list[int],
     radial: Callable[[Array], Array],
     components: Callable[[Array, Array, Array], Array],
 ) -> Array:
@@ -149,20 +148,13 @@ def _smooth_averages(
     values = np.empty((len(along_rows), count + NEIGHBOURS, count + NEIGHBOURS))
     values[:, rows, columns] = along_rows
     values[:, columns, rows] = along_rows
-    before = (NEIGHBOURS, 0)
-    values = np.pad(values, ((0, 0), before, before), mode="reflect")
+    values = np.pad(values, ((0, 0), (NEIGHBOURS, 0), (NEIGHBOURS, 0)), mode="reflect")
     cells = np.arange(-NEIGHBOURS, count + NEIGHBOURS, dtype=float)
     points, weights = gauss_rule(NEIGHBOURS + 1)
     of_cells = weights @ lagrange(cells[: 2 * NEIGHBOURS + 1], points - 0.5)
     fields = components(values, *np.meshgrid(width * cells, width * cells, indexing="ij"))
-    inside = slice(NEIGHBOURS, -NEIGHBOURS)
-    averages = np.empty((len(fields), count, count))
-    for number, field in enumerate(fields):
-        if transposed[number] < number:
-            averages[number] = averages[transposed[number]].T
-        else:
-            averages[number] = correlate1d(correlate1d(field, of_cells, 0)[inside], of_cells, 1)[:, inside]
-    return averages
+    averages = correlate1d(correlate1d(fields, of_cells, 1), of_cells, 2)
+    return np.asarray(averages[:, NEIGHBOURS:-NEIGHBOURS, NEIGHBOURS:-NEIGHBOURS])
 
 
 def along_axes(values: Array, x: Array, y: Array) -> Array:
