@@ -121,7 +121,7 @@ class Cosserat:
             object.__setattr__(self, "_arguments", arguments)
         moduli["eta"] = _coupling_ratio(moduli["E"] / (2 * (1 + moduli["nu"])), coupling)
         for name, value in moduli.items():
-            object.__setattr__(self, name, value if isinstance(value, Varying) else float(value))
+            object.__setattr__(self, name, value if _varies(value) else float(value))
 
     @staticmethod
     def _require_admissible(
@@ -188,7 +188,7 @@ class Cosserat:
     @property
     def functions(self) -> dict[str, Varying]:
         """Arguments that are functions of the place, by their names."""
-        return {name: value for name, value in self._arguments.items() if isinstance(value, Varying)}
+        return {name: value for name, value in self._arguments.items() if _varies(value)}
 
     def at(self, **values: float) -> Cosserat:
         """Returns the solid with numbers in place of its `functions`."""
@@ -309,14 +309,19 @@ class Elastic(Cosserat):
         return f"Elastic(E={_word(self.E)}, nu={_word(self.nu)})"
 
 
+def _varies(value: Any) -> bool:
+    """Returns whether a modulus is a function of the place."""
+    return not isinstance(value, (int, float)) and isinstance(value, Varying)  # a Protocol: slow to ask
+
+
 def _word(value: Any) -> str:
     """Returns a number, or that it is a function, for a representation."""
-    return "function" if isinstance(value, Varying) else str(value)
+    return "function" if _varies(value) else str(value)
 
 
 def _numbers(arguments: Mapping[str, Any]) -> dict[str, Any]:
     """Returns those of arguments that are no functions."""
-    return {name: value for name, value in arguments.items() if not isinstance(value, Varying)}
+    return {name: value for name, value in arguments.items() if not _varies(value)}
 
 
 def require_number_solid(**arguments: Any) -> None:
@@ -334,7 +339,7 @@ def _coupling_ratio(mu: Any, coupling: Mapping[str, Any]) -> Any:
     require(len(named) == 1, "coupling", named, "give exactly one of beta, eta, mu_c")
     require_finite(**_numbers(named))
     ((name, value),) = named.items()
-    is_number = not isinstance(value, Varying)
+    is_number = not _varies(value)
     if is_number and value < 0:
         raise Inadmissible(name, value, "the coupling must not be negative")
     if is_number and name == "beta" and not value < 2:
