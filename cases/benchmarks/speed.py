@@ -12,6 +12,7 @@ Where an accuracy is asked for nothing is tuned. tamaas is tuned in its favour: 
 grid, as only someone who has the answer knows.
 """
 
+import argparse
 import importlib.util
 import math
 from collections.abc import Callable
@@ -274,3 +275,26 @@ def to_dict(runs):
 def figure(runs):
     """Processor time over true error in the classical limit."""
     return chart.figure(runs)
+
+
+def main(words=None):
+    """Prints the table of `beside`; the study itself is `python -m cases speed`."""
+    from . import beside  # which is made of this module
+
+    form = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(
+        "python -m cases.benchmarks.speed", description=beside.__doc__, formatter_class=form
+    )
+    parser.add_argument("--peers", action="store_true", required=True, help="print the table")
+    parser.add_argument("--only", nargs="+", default=(), metavar="WORD", help="rows with one of some words")
+    parser.add_argument("--long", action="store_true", help="also rows that take some ten seconds each")
+    parser.add_argument("--write", action="store_true", help="write the record, results/beside.csv")
+    options = parser.parse_args(words)
+    table = beside.table(options.only, options.long)
+    print(table.to_string(index=False, na_rep="", float_format="{:.2g}".format))
+    if options.write:
+        table.to_csv(beside.RECORD, index=False, float_format="%.4g")
+
+
+if __name__ == "__main__":
+    main()

@@ -12,7 +12,7 @@ import pytest
 
 from cases import report
 from cases.__main__ import main
-from cases.benchmarks import chart, limits, peers, speed
+from cases.benchmarks import beside, chart, limits, peers, speed
 from cases.benchmarks.verification import __main__ as verification
 from cases.benchmarks.verification import judging
 from microblock import NotConverged
@@ -158,3 +158,27 @@ def test_contact_boundary_and_the_program_agree_on_a_mesh():
     load_of_peer, peak_of_peer, _, _ = peers.contact_boundary(scene, 30.0, 4)
     assert load_of_peer == pytest.approx(load, rel=0.02)
     assert peak_of_peer == pytest.approx(peak, rel=0.05)  # where its points lie
+
+
+# ---- beside other programs, aims and floors
+
+
+def test_a_row_beside_another_program(capsys, monkeypatch):
+    """A program that is not installed has the figure of the record, which is then the aim."""
+    work = beside.Work(lambda: lambda: None, floor=lambda: lambda: None, peer="not_installed")
+    monkeypatch.setitem(beside.WORKS, "nothing", work)
+    monkeypatch.setattr(beside, "ROUNDS", 1)
+    row = beside.row("nothing", {"nothing": 1e-9})
+    assert row["peer"] == "not_installed, stored" and row["aim"] == 1e-9
+    assert row["reached"] == f"no, {row['seconds'] / 1e-9:.2g}x" and 0 <= row["floor"] < 1
+    assert beside.row("nothing", {"nothing": 1e3})["reached"] == "yes"
+    speed.main(["--peers", "--only", "panels to 0.001"])
+    head, *rows = capsys.readouterr().out.splitlines()
+    assert head.split() == [*row]
+    assert len(rows) == 2  # alone, and from a neighbour
+
+
+def test_the_record_beside_other_programs_has_all_works():
+    record = pd.read_csv(beside.RECORD)
+    assert [*record.work] == [*beside.WORKS]
+    assert record.seconds.gt(0).all() and record.beside[record.peer.notna()].gt(0).all()
