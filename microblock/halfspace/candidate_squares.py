@@ -25,7 +25,7 @@ from scipy.ndimage import distance_transform_edt
 from ..contact_solvers.fft_compliance import Grid
 from ..errors import BOUNDED, BadArgument, require
 from ..model.periodic import EQUAL
-from ..model.types import Array
+from ..model.types import Array, Flags
 from .approach_bound import Gaps, mean_heights
 from .squares import Squares
 
@@ -244,24 +244,27 @@ class CandidateSquares:
         rows = (np.arange(count) + self._random.random(count)) / count - 0.5  # a
         columns = (np.arange(count) + self._random.random(count)) / count - 0.5
         x1, x2 = np.meshgrid(middle[0] + side * rows, middle[1] + side * columns, indexing="ij")
-        samples = np.stack((x1, x2, self._least_gap(x1, x2)), axis=-1)
-        f = samples[..., 2]
+        f = self._least_gap(x1, x2)
         if np.isinf(f).any():
-            self._note_inner_place(samples, side / count)  # b
-        self.samples = np.vstack((self.samples, samples[f < self.bound]))  # c
-        starts = samples[_is_local_minimum(f)]
+            self._note_inner_place(x1, x2, f, side / count)  # b
+
+        def samples(where: Flags) -> Array:
+            return np.column_stack((x1[where], x2[where], f[where]))
+
+        self.samples = np.vstack((self.samples, samples(f < self.bound)))  # c
+        starts = samples(_is_local_minimum(f))
         starts = starts[np.argsort(starts[:, 2])[:VALLEYS]]
         self._starts = np.vstack((self._starts, np.insert(starts, 3, side / count, axis=1)))
 
-    def _note_inner_place(self, samples: Array, distance: float) -> None:
-        """Keeps the place farthest from the edges of the obstacle, of samples (n, n, 3) at a mean distance
-        (length).
+    def _note_inner_place(self, x1: Array, x2: Array, f: Array, distance: float) -> None:
+        """Keeps the place farthest from the edges of the obstacle, of samples f, array (n, n), at a mean
+        distance (length).
         """
-        rows = distance_transform_edt(np.isfinite(samples[..., 2]))
+        rows = distance_transform_edt(np.isfinite(f))
         farthest = np.unravel_index(np.argmax(rows), rows.shape)
         edge_distance = rows[farthest] * distance
         if rows[farthest] >= ROWS_INSIDE and edge_distance > self._edge_distance:
-            self._inner_place = samples[farthest][:2]
+            self._inner_place = np.array((x1[farthest], x2[farthest]))
             self._edge_distance = edge_distance
 
     def _follow_valleys(self) -> None:
@@ -317,7 +320,7 @@ class CandidateSquares:
         raise BadArgument("obstacle", self.obstacle, f"must {demand}{bounded}")
 
 
-def _is_local_minimum(f: Array) -> Array:
+def _is_local_minimum(f: Array) -> Flags:
     """Returns which samples, array (n, n), are below their neighbours; of a horizontal face one, or few."""
     count = len(f)
     padded = np.pad(f, 1, constant_values=np.inf)

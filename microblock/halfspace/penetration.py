@@ -51,6 +51,8 @@ def penetration_between_cells(state: Any, candidates: CandidateSquares) -> Array
     neighbours = minimum_filter(f, (1, 3, 3)[-f.ndim :], mode="wrap" if state.is_whole else "nearest")
     # a twentieth of the indentation below all cells about it
     is_summit = low[:, 2] < neighbours[tuple(cells)] - (state.approach - candidates.lowest[2]) / 20
+    if not is_summit.any():
+        return low[:0, :2]
     added = (flexibility @ (state.pressures * grid.area))[(slice(None), *cells[:, is_summit])]  # 1
     return _negative_gaps(state, candidates, low[is_summit, :2], added)
 
