@@ -19,7 +19,8 @@ from ..model.solution import Solution
 from ..model.solver import Solver
 from ..model.types import Array
 from . import projected_gradients
-from .fft_compliance import Grid
+from .active_set import ContactState
+from .fft_compliance import Flexibility, Grid
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -353,12 +354,22 @@ class CellSolver(Solver):
         if self.period is not None:
             words += ": on a period it is looked for within 1.5 periods of 0, or between its `ends`"
         require(np.isfinite(g0).any(), "obstacle", self.obstacle, words)
-        forces = None
+        options: dict[str, Any] = {"load": load, "approach": approach, "rtol": residual}
+        forces: Any = None
+        minimum = None
+        products = 0
         if start is not None:
             forces = grid.area * start.pressures[(slice(None), *start.grid.nearest(*grid.places))]
-        minimum = projected_gradients.solve_matrix_free(
-            H, g0, load=load, approach=approach, start=forces, rtol=residual
-        )
+        if start is not None and (start.load == load or start.approach == approach):
+            part, cells = self.about(start, grid)
+            if part is not grid:
+                inside = self.minimum(self.flexibility(part), g0[cells], start=forces[cells], **options)
+                forces[:] = 0.0
+                forces[cells] = inside.forces
+                products = inside.iterations
+                minimum = projected_gradients.state_of(H, g0, forces, **options)
+        if minimum is None:
+            minimum = self.minimum(H, g0, start=forces, **options)
         surface = H.surface(minimum.forces)
         half = self.solid.ell / 2
         phi, m = H.rotations_and_moments(minimum.forces, surface)
@@ -372,9 +383,19 @@ class CellSolver(Solver):
             self.turned(phi) / half,
             surface[0],
             minimum.kkt,
-            minimum.iterations,
+            products + minimum.iterations,
         )
         return self.completed(state, H, minimum)
+
+    def minimum(self, H: Flexibility, g0: Array, **options: Any) -> ContactState:
+        """Returns the contact state on a grid."""
+        return projected_gradients.solve_matrix_free(H, g0, **options)
+
+    def about(self, start: Any, grid: Any) -> tuple[Any, Any]:
+        """Returns the part of a grid that holds the contact of a coarser one with a margin, and the slices of
+        its cells; or the grid itself.
+        """
+        return grid, ...
 
     def change(self, coarse: Any, fine: Any) -> float:
         """Returns max(|dp|, |dM|/ell)/|p| in L2 between two grids, at the finer cells."""

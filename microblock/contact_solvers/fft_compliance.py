@@ -13,9 +13,10 @@ Without images R is that of cells in a period of twice the length.
 """
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol, cast
+from typing import Any, Protocol, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,7 +24,7 @@ from scipy.fft import next_fast_len
 from scipy.ndimage import label, map_coordinates
 
 from ..model.types import Array, Flags, Integers
-from .convolution import FourierOperator, circulant_spectrum
+from .convolution import FourierOperator, circulant_spectrum, rounded
 from .projected_gradients import MatrixFree
 from .rounding import EPS_PIVOT
 
@@ -40,6 +41,11 @@ class Grid:
     count: int
     width: float
     middle: tuple[float, ...] = (0.0, 0.0)
+
+    def part(self, first: Integers, count: int) -> "Grid":
+        """Returns so many cells along each axis from the first ones on, array (d,)."""
+        middle = [axis[i] + (count - 1) / 2 * self.width for axis, i in zip(self.axes, first)]
+        return replace(self, count=count, middle=tuple(map(float, middle)))
 
     @cached_property
     def axes(self) -> tuple[Array, ...]:
@@ -90,11 +96,25 @@ class Grid:
 
     def interpolated(self, values: Array, periodic: bool, *x: Array | float) -> Array:
         """Returns values on cells, array (n, ...), between their centres; 0 outside."""
-        coordinates = self.cell_coordinates(*x)
         n = self.count
+        first, last = np.asarray(x[0]), np.asarray(x[-1])
+        if first.ndim == 2 and np.all(first == first[:, :1]) and np.all(last == last[:1]):  # on a grid
+            along_first = self._along(self.axes[0], first[:, 0], values, periodic)
+            return self._along(self.axes[1], last[0], along_first.T, periodic).T
+        coordinates = self.cell_coordinates(*x)
         between = map_coordinates(values, coordinates, order=1, mode="grid-wrap" if periodic else "nearest")
         inside = periodic | np.all(np.abs(coordinates - (n - 1) / 2) <= n / 2, axis=0)
         return np.where(inside, between, 0.0)
+
+    def _along(self, axis: Array, x: Array, values: Array, periodic: bool) -> Array:
+        """Returns values on cells along an axis, array (n, m), at places x, array (k,): array (k, m)."""
+        n = self.count
+        place = (x - axis[0]) / self.width
+        inside = periodic | (np.abs(place - (n - 1) / 2) <= n / 2)
+        place = place % n if periodic else np.clip(place, 0, n - 1)
+        before = place.astype(int)
+        share = (place - before)[:, None]
+        return inside[:, None] * ((1 - share) * values[before] + share * values[(before + 1) % n])
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,14 +278,21 @@ class Flexibility(MatrixFree):
         raise NotImplementedError
 
     @property
+    def rounded(self) -> "Flexibility":
+        """H with products and preconditioners to single precision, or H itself."""
+        return self
+
+    @property
     def one_corner(self) -> bool:
         return len(self.offsets) == 1
 
     def __matmul__(self, forces: Array) -> Array:
         """Returns gaps from forces, arrays (corners, ...)."""
-        surface = self.surface(forces)
-        gaps = np.tensordot(self.rows, surface, 1)
-        gaps += (self.tilt * surface[1:]).sum(axis=0)
+        gaps = self.surface(forces)
+        if not self.one_corner:
+            tilted = (self.tilt * gaps[1:]).sum(axis=0)
+            gaps = np.tensordot(self.rows, gaps, 1)
+            gaps += tilted
         return gaps if self.second is None else gaps + self.second @ forces
 
     @cached_property
@@ -280,6 +307,8 @@ class Flexibility(MatrixFree):
 
     def resultants(self, forces: Array) -> Array:
         """Returns (p, m), or p of one corner, array (1 + d or 1, ...)."""
+        if self.one_corner:
+            return forces
         loads = np.tensordot(self.rows.T, forces, 1)
         loads[1:] += self.tilt * loads[0]
         return loads
@@ -364,11 +393,20 @@ class CellFlexibility(Flexibility):
             self.twist = second.twisted
             self._short = second.with_short(self._short, self._displaced)
         R = cells.spectrum()
+        if second is None and cells.dimensions == 2:  # on a line displacements have no zero
+            self.unit = float(sum(np.mean(R[i][i]) for i in range(1 if self.one_corner else len(R))))
         if self.one_corner:
-            self._response = FourierOperator(cells.length, [R[0][:1]])
+            self._response: Any = FourierOperator(cells.length, [R[0][:1]])
             self._beside = FourierOperator(cells.length, [row[:1] for row in R[1:]], even=(0, 1))
         else:
             self._response = FourierOperator(cells.length, R)
+
+    @cached_property
+    def rounded(self) -> "CellFlexibility":
+        H = copy(self)
+        H._response = rounded(self._response)
+        H._inverse = rounded(self._inverse)
+        return H
 
     def response(self, loads: Array) -> Array:
         return self._response(loads)
@@ -380,7 +418,7 @@ class CellFlexibility(Flexibility):
         return self._inverse
 
     @cached_property
-    def _inverse(self) -> FourierOperator:
+    def _inverse(self) -> Any:
         R = self.cells.smooth_spectrum(self.cells.near)
         d = self.cells.dimensions
         period = (self.cells.near,) * d

@@ -14,6 +14,10 @@ or, at a given approach d, of q(f) - d sum f on {f >= 0}. An outer step is
 
 It is GPCG of More and Toraldo (SIAM J. Optim. 1 (1991) 93) with the simplex in place of the box, and
 converges linearly (Luo and Tseng, Ann. Oper. Res. 46 (1993) 157).
+
+Where changes of forces displace by products in single precision, a state is accepted by one in double
+precision; f' = f after an outer step that halved the residual, and corners with negative gaps are on the
+face.
 """
 
 from collections.abc import Callable
@@ -32,6 +36,8 @@ INNER_STEPS = 60  # of conjugate gradients on a face; of alpha, each smaller by 
 OUTER_STEPS = 300  # 5 to 40 are met
 # of the response of a corner to itself: curvatures below are rounding, eigenvalues of H are above 0.01
 LEAST_CURVATURE = 1e-6
+# of a residual: what steps in single precision can leave of it before they show in the slope
+EPS_STEPS = 1e-4
 # of the load on one corner: the least range of displacements over which a residual is taken
 LEAST_DISPLACEMENT = 1e-3
 
@@ -40,7 +46,13 @@ class MatrixFree:
     """What `solve_matrix_free` needs of a flexibility H; a subclass defines the product and `on_face`.
 
     Arrays are like those of the initial gaps, (corners, n) or (corners, n, n).
+
+    Attributes
+    ----------
+    unit : float, about the displacement of a corner under a unit force on it, or None where it is not known
     """
+
+    unit: float | None = None
 
     def __matmul__(self, forces: Array) -> Array:
         """Returns the gaps that forces add."""
@@ -62,11 +74,12 @@ class MatrixFree:
 
 class Iterate(NamedTuple):
     """Forces on the k corners that can touch, and grad q, which are the gaps up to a free approach; arrays
-    (k,).
+    (k,). The slope is `exact` to double precision, or to single precision of the steps.
     """
 
     forces: Array
     slope: Array
+    exact: bool = True
 
 
 @bounded
@@ -78,6 +91,7 @@ def solve_matrix_free(
     approach: float | None = None,
     start: Array | None = None,
     rtol: float = 1e-10,
+    steps: MatrixFree | None = None,
 ) -> ContactState:
     """Returns the contact state at a load or at an approach; its iterations are products with H.
 
@@ -88,6 +102,8 @@ def solve_matrix_free(
     load, approach : float, one of them
     start : array like g0, forces to begin with; scaled to the load
     rtol : float, largest penetration, or gap under a force, over the range of H f
+    steps : MatrixFree, H to single precision for changes of forces, or None for H itself and a step down the
+        slope each time
 
     Raises BadArgument, also for a flexibility that is not positive definite where the approach is given, and
     NotConverged if rtol is out of reach.
@@ -97,28 +113,54 @@ def solve_matrix_free(
         rtol = min(rtol, energy.below_full() / 100)
     point = energy.evaluate(energy.project(energy.first(start)))
     alpha = 1 / energy.unit
-    least = np.inf
+    kkt = exact_kkt = least = np.inf
+    halved = False
     face: Flags | None = None
     for _ in range(OUTER_STEPS):
         counted()
-        point, alpha = _gradient_step(energy, point, alpha)  # 1
-        point = energy.settled(point)
+        energy.steps = steps if steps and (halved or face is None) else flexibility
+        if not halved:
+            point, alpha = _gradient_step(energy, point, alpha)  # 1
+            point = energy.settled(point)
         face_before = face
-        face = point.forces > 0
+        face = energy.face(point, alpha, rtol) if steps else point.forces > 0
         # a better minimum on a wrong face is of no use
         reduction = 0.5 if face_before is None or np.any(face != face_before) else 1e-3
-        trial = _face_step(energy, point, rtol, reduction)  # 2
+        trial = _face_step(energy, point, face, rtol, reduction)  # 2
         point = energy.settled(_projected_search(energy, point, trial))  # 3
+        kkt_before = kkt
         kkt = energy.residual(point)
+        if kkt <= max(rtol, EPS_STEPS * exact_kkt):
+            point = energy.exact(point)
+            kkt = energy.residual(point)
+            exact_kkt = kkt
         least = min(least, kkt)
         if kkt <= rtol:
             return energy.state(point, kkt)
+        halved = steps is not None and kkt < kkt_before / 2
     raise NotConverged(
         f"relative residual {at_least(least)} instead of {rtol:g} after {OUTER_STEPS} outer steps and "
         f"{energy.products} products on {len(point.forces)} corners; take Cells(residual=...) larger, "
         "an `initial` state, or, where blocks are much smaller than a cell, the unilateral law",
         iterations=OUTER_STEPS,
     )
+
+
+@bounded
+def state_of(
+    flexibility: MatrixFree,
+    g0: Array,
+    forces: Array,
+    *,
+    load: float | None,
+    approach: float | None,
+    rtol: float,
+) -> ContactState | None:
+    """Returns the contact state with these forces, or None where its residual is above rtol."""
+    energy = _Energy(flexibility, g0, load, approach)
+    point = energy.evaluate(energy.project(energy.first(forces)))
+    kkt = energy.residual(point)
+    return energy.state(point, kkt) if kkt <= rtol else None
 
 
 def forces_by_approach(flexibility: MatrixFree, face: Flags) -> Array:
@@ -160,8 +202,9 @@ class _Energy:
     touch : boolean array like all gaps
     lowest : float, the given approach or the least initial gap
     g0 : array (k,), initial gaps less `lowest`
-    unit : range of the displacement under a unit force (length per force)
+    unit : displacement, or its range, under a unit force (length per force)
     products : number of products with H
+    steps : MatrixFree, H for changes of forces
     """
 
     def __init__(
@@ -169,20 +212,27 @@ class _Energy:
     ) -> None:
         self.all_gaps = require_gaps(g0, load, approach)
         self.H = flexibility
+        self.steps = flexibility
         self.load = load
         self.approach = approach
         self.products = 1
         self.touch = np.isfinite(self.all_gaps)
+        self.all_touch = bool(self.touch.all())
         gaps = self.all_gaps[self.touch]
         # a load leaves the approach free: a large one would take digits from small displacements
         self.lowest = float(gaps.min()) if approach is None else approach
         self.g0 = gaps - self.lowest
+        self.unit = flexibility.unit or self._range_under_unit_force()
+
+    def _range_under_unit_force(self) -> float:
         unit_force = np.zeros(self.touch.shape)
         unit_force.ravel()[np.argmax(self.touch)] = 1
-        self.unit = float(np.ptp(flexibility @ unit_force))
+        return float(np.ptp(self.H @ unit_force))
 
     def on_all_corners(self, values: Array | Flags) -> Array:
         """Returns values, array (k,), on all corners, 0 where a corner cannot touch."""
+        if self.all_touch:
+            return np.asarray(values.reshape(self.touch.shape))
         on_all = np.zeros(self.touch.shape)
         on_all[self.touch] = values
         return on_all
@@ -194,7 +244,7 @@ class _Energy:
         if len(self.g0) < self.touch.size:
             return np.inf
         forces = self.preconditioner(np.ones(len(self.g0), bool))(np.ones(len(self.g0)))
-        displacement = np.abs(self.displacement(forces)).max()
+        displacement = np.abs(self.displacement(forces, self.H)).max()
         if displacement > LEAST_DISPLACEMENT * self.unit * forces.max() or forces.min() < 0:
             return np.inf
         below = float(forces @ self.g0 / forces.sum())
@@ -208,23 +258,52 @@ class _Energy:
             )
         return float(below / height)
 
-    def displacement(self, forces: Array) -> Array:
+    def touching(self, values: Array) -> Array:
+        """Returns values on all corners of those that can touch, array (k,)."""
+        return values.ravel() if self.all_touch else values[self.touch]
+
+    def displacement(self, forces: Array, H: MatrixFree) -> Array:
         self.products += 1
-        return (self.H @ self.on_all_corners(forces))[self.touch]
+        return self.touching(H @ self.on_all_corners(forces))
 
     def preconditioner(self, face: Flags) -> Callable[[Array], Array]:
-        on_face = self.H.on_face(self.on_all_corners(face) > 0)
-        return lambda values: on_face(self.on_all_corners(values))[self.touch] * face
+        on_face = self.steps.on_face(self.on_all_corners(face) > 0)
+        return lambda values: self.touching(on_face(self.on_all_corners(values)))
 
     def evaluate(self, forces: Array) -> Iterate:
-        return Iterate(forces, self.g0 + self.displacement(forces))
+        return Iterate(forces, self.g0 + self.displacement(forces, self.H))
+
+    def exact(self, point: Iterate) -> Iterate:
+        return point if point.exact else self.evaluate(point.forces)
+
+    def moved(self, point: Iterate, change: Array, displacement: Array) -> Iterate:
+        """Returns the point after a change of forces, which displaces by steps."""
+        exact = point.exact and self.steps is self.H
+        return Iterate(point.forces + change, point.slope + displacement, exact)
+
+    def to(self, point: Iterate, forces: Array) -> Iterate:
+        """Returns the point with these forces."""
+        if self.steps is self.H:
+            return self.evaluate(forces)
+        change = forces - point.forces
+        return self.moved(point, change, self.displacement(change, self.steps))._replace(forces=forces)
+
+    def face(self, point: Iterate, alpha: float, rtol: float) -> Flags:
+        """Returns which corners have a force, or would have one after a step down the slope where gaps are
+        negative beyond rtol, boolean array (k,).
+        """
+        gaps = point.slope - self.free_approach(point)
+        pressed = alpha * np.maximum(-gaps - rtol * self.size(point), 0)
+        ahead = self.settled_forces(point.forces + pressed, point.slope)
+        return np.asarray((point.forces > 0) | (ahead > 0))
+
+    def settled_forces(self, forces: Array, slope: Array) -> Array:
+        on_all = self.H.settled(self.on_all_corners(forces), self.all_gaps, self.on_all_corners(slope))
+        return self.touching(on_all)
 
     def settled(self, point: Iterate) -> Iterate:
-        all_forces = self.H.settled(
-            self.on_all_corners(point.forces), self.all_gaps, self.on_all_corners(point.slope)
-        )
-        forces = all_forces[self.touch]
-        return self.evaluate(forces) if self.H.settling_displaces else Iterate(forces, point.slope)
+        forces = self.settled_forces(point.forces, point.slope)
+        return self.evaluate(forces) if self.H.settling_displaces else point._replace(forces=forces)
 
     def free_approach(self, point: Iterate) -> float:
         """The free approach, such that f.g = 0, else 0."""
@@ -252,8 +331,16 @@ class _Energy:
         positive_sum = values[values > 0].sum()
         if abs(positive_sum - self.load) <= EPS_SUM * self.load:  # else rounding lifts all others above 0
             return np.maximum(values, 0) * (self.load / positive_sum)
-        sums = np.cumsum(np.sort(values)[::-1]) - self.load
-        forces = np.maximum(values - (sums / np.arange(1, len(sums) + 1)).max(), 0)
+        # Newton's method for tau, from below after its first step
+        above = values[values > 0] if positive_sum else values
+        above = values[values > (above.sum() - self.load) / len(above)]
+        rising = True
+        while rising:
+            count = len(above)
+            tau = (above.sum() - self.load) / count
+            above = above[above > tau]
+            rising = len(above) < count
+        forces = np.maximum(values - tau, 0)
         if not forces.any():
             raise NotConverged(
                 f"the load {self.load:g} is lost in the rounding of gaps of {np.abs(self.g0).max():g}: "
@@ -268,8 +355,10 @@ class _Energy:
     def residual(self, point: Iterate) -> float:
         gaps = point.slope - self.free_approach(point)
         size = self.size(point)
-        violation = max(-gaps.min(), (gaps * (point.forces > 0)).max(), 0)
-        return float(violation / size) if size else 0.0
+        violation = float(max(-gaps.min(), (gaps * (point.forces > 0)).max(), 0))
+        if size:
+            return violation / size
+        return np.inf if violation else 0.0
 
     def rise(self, before: Iterate, after: Iterate, change: Array) -> tuple[float, float]:
         """Returns the rise of q over a change of forces, array (k,), and its rounding."""
@@ -305,7 +394,7 @@ def _gradient_step(energy: _Energy, point: Iterate, alpha: float) -> tuple[Itera
         length = change @ change
         if not length > EPS_TERM**2 * (forces @ forces):  # the rounding of forces, which sum to P
             return point, 2 * alpha
-        trial = energy.evaluate(forces)
+        trial = energy.to(point, forces)
         step = energy.curvature_step(point, trial, change)
         rise, rounding = energy.rise(point, trial, change)
         if rise <= -0.1 * length / alpha or abs(rise) <= rounding:
@@ -317,22 +406,31 @@ def _gradient_step(energy: _Energy, point: Iterate, alpha: float) -> tuple[Itera
     )
 
 
-def _face_step(energy: _Energy, point: Iterate, rtol: float, reduction: float) -> Iterate:
+def _face_step(energy: _Energy, point: Iterate, face: Flags, rtol: float, reduction: float) -> Iterate:
     """2: a point near the minimum on the face, whose residual is smaller by `reduction`."""
-    face = point.forces > 0
+    if not face.any():  # at an approach: no corner is pressed yet
+        return point
     at_load = energy.load is not None
+    closed = np.flatnonzero(face)
     precondition = energy.preconditioner(face)
-    ones = precondition(face.astype(float)) if at_load else np.zeros(len(face))
-    forces = point.forces.copy()
-    slope = point.slope.copy()
-    residual = _on_face(slope, face, at_load)
+
+    def on_all(values: Array) -> Array:
+        spread = np.zeros(len(face))
+        spread[closed] = values
+        return spread
+
+    ones = precondition(on_all(np.ones(len(closed))))[closed] if at_load else np.zeros(len(closed))
+    slope = point.slope[closed]
+    residual = slope - slope.mean() * at_load
     goal = max(reduction * np.abs(residual).max(), rtol * energy.size(point) / 4)
-    direction = np.zeros(len(forces))
+    direction = np.zeros(len(closed))
+    change = np.zeros(len(closed))
+    displacement = np.zeros(len(face))
     product_before = np.inf
     for _ in range(INNER_STEPS):
         if np.abs(residual).max() <= goal:
             break
-        z = precondition(residual)
+        z = precondition(on_all(residual))[closed]
         if at_load:
             z -= ones * (z.sum() / ones.sum())
         product = float(residual @ z)
@@ -341,8 +439,9 @@ def _face_step(energy: _Energy, point: Iterate, rtol: float, reduction: float) -
         direction *= product / product_before
         direction -= z
         product_before = product
-        displacement = energy.displacement(direction)
-        curvature = direction @ displacement
+        image = energy.displacement(on_all(direction), energy.steps)
+        on_face = image[closed]
+        curvature = direction @ on_face
         if not curvature > LEAST_CURVATURE * energy.unit * (direction @ direction):
             if at_load:
                 break
@@ -352,18 +451,12 @@ def _face_step(energy: _Energy, point: Iterate, rtol: float, reduction: float) -
                 "needs a flexibility that is positive definite with its rigid-body constant; give the load "
                 "instead",
             )
-        forces += product / curvature * direction
-        slope += product / curvature * displacement
-        residual = _on_face(slope, face, at_load)
-    return Iterate(forces, slope)
-
-
-def _on_face(slope: Array, face: Flags, zero_sum: bool) -> Array:
-    """Returns the slope on a face, 0 elsewhere, with the sum zero if asked for: array (k,)."""
-    residual = slope * face
-    if zero_sum:
-        residual -= residual.sum() / np.count_nonzero(face) * face
-    return residual
+        step = product / curvature
+        change += step * direction
+        displacement += step * image
+        slope += step * on_face
+        residual = slope - slope.mean() * at_load
+    return energy.moved(point, on_all(change), displacement)
 
 
 def _projected_search(energy: _Energy, point: Iterate, trial: Iterate) -> Iterate:
@@ -371,7 +464,7 @@ def _projected_search(energy: _Energy, point: Iterate, trial: Iterate) -> Iterat
     if trial.forces.min() >= 0:
         return trial
     for step in (1, 1 / 4, 1 / 4**2):
-        projected = energy.evaluate(energy.project(point.forces + step * (trial.forces - point.forces)))
+        projected = energy.to(point, energy.project(point.forces + step * (trial.forces - point.forces)))
         rise, rounding = energy.rise(point, projected, projected.forces - point.forces)
         if rise <= rounding:
             return projected

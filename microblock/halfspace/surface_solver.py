@@ -12,12 +12,13 @@ from itertools import chain
 from typing import Any
 
 import numpy as np
+from scipy.fft import next_fast_len
 
 from .. import cost
 from ..contact_solvers.active_set import ContactState
 from ..contact_solvers.cell_solver import CellSolver
 from ..contact_solvers.corner_forces import closed_corners, least_norm_where_closed
-from ..contact_solvers.fft_compliance import CellFlexibility, CellResponse, Grid
+from ..contact_solvers.fft_compliance import CellFlexibility, CellResponse, Flexibility, Grid
 from ..errors import NOT_YET, NotConverged, require
 from ..halfplane.kernels import at_rest, is_classical
 from ..model.deformable import second_solid
@@ -41,6 +42,7 @@ from .squares import CoupledSquares, SecondBodySquares, Squares
 from .surface_solution import SPOT, ContactLeavesWindow, SurfaceCells, load_fraction_on_spots
 from .symbol import surface_symbol
 
+MOST_OF_GRID = 0.8  # cells along an axis that a contact takes, above which a part of a grid gains too little
 SPARSE = 0.05  # of a period that may touch, above which squares are not tried: one grid has fewer cells
 
 
@@ -233,6 +235,23 @@ class SurfaceSolver(CellSolver):
         """Returns the initial gaps at places, array (corners, ...)."""
         return self.blocks.initial_gaps_over_surface(self.shape, x1, x2)
 
+    def minimum(self, H: Flexibility, g0: Array, **options: Any) -> ContactState:
+        return super().minimum(H, g0, steps=H.rounded, **options)
+
+    def about(self, start: SurfaceCells, grid: Any) -> tuple[Any, Any]:
+        alone = isinstance(grid, Grid) and isinstance(start.grid, Grid)
+        if not alone or self.period is not None or self.second is not None:
+            return grid, ...
+        pressed = [np.flatnonzero((start.closed > 0).any(axis=axis)) for axis in (1, 0)]
+        margin = 2 * start.grid.width
+        first = grid.nearest(*(axis[cells[0]] - margin for axis, cells in zip(start.grid.axes, pressed)))
+        last = grid.nearest(*(axis[cells[-1]] + margin for axis, cells in zip(start.grid.axes, pressed)))
+        count = next_fast_len(int(np.max(last - first)) + 1, real=True)
+        if count > MOST_OF_GRID * grid.count:
+            return grid, ...
+        first = np.clip((first + last - count) // 2, 0, grid.count - count)
+        return grid.part(first, count), (slice(None), *(slice(i, i + count) for i in first))
+
     def flexibility(self, grid: Grid | Squares) -> CellFlexibility | CoupledSquares:
         """Returns the Flexibility of a grid, or of several."""
         if isinstance(grid, Grid):
@@ -256,20 +275,38 @@ class SurfaceSolver(CellSolver):
         one_corner = len(self.offsets) == 1
         clamped = self.law.clamps_rotation
 
-        def averages() -> Array:
-            values = surface_kernels(solid).cells(count, grid.width, clamped, most=2 if one_corner else 4)
-            if clamped:
-                values[1:] *= grid.width**2
-            return values
-
         mean_rotation = at_rest(solid) if periodic else None
         response = CellResponse(
-            partial(surface_symbol, solid), averages, count, grid.width, 2, one_corner, clamped, mean_rotation
+            partial(surface_symbol, solid),
+            partial(self.averages, count, grid.width),
+            count,
+            grid.width,
+            2,
+            one_corner,
+            clamped,
+            mean_rotation,
         )
         second = None
         if self.second is not None:
             second = SecondBodyCells(self.second, solid.ell, self.offsets, grid.width, count, periodic)
         return CellFlexibility(self.offsets, self.tilt(*grid.places), response, second)
+
+    def averages(self, count: int, width: float) -> Array:
+        """Returns averages of the response over cells of a width, as of `CellResponse`; the last are kept."""
+        kept = self._averages.get(width)
+        if kept is None or kept.shape[-1] < count:
+            clamped = self.law.clamps_rotation
+            most = 2 if len(self.offsets) == 1 else 4
+            kept = surface_kernels(self.solid).cells(count, width, clamped, most)
+            if clamped:
+                kept[1:] *= width**2
+            self._averages.clear()
+            self._averages[width] = kept
+        return kept[:, :count, :count]
+
+    @cached_property
+    def _averages(self) -> dict[float, Array]:
+        return {}
 
     @cached_property
     def second(self) -> Any:
