@@ -94,6 +94,10 @@ class ContactFacets(ContactNodes):
         """Returns displacements of corners along the normal, (corners, n), from unknowns of the body."""
         return (self._corner_rows @ fields).reshape(len(self.arms), -1)
 
+    def exerted(self, forces: Array) -> Array:
+        """Returns what corner forces along -n, (corners, n), add to the first variation, (unknowns,)."""
+        return np.asarray(self._corner_rows.T @ forces.ravel())
+
     def contact(
         self, g0: Array, components: Sequence[Any], multipliers: Sequence[Any], approach: Any, rho: Any
     ) -> Any:

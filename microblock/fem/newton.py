@@ -1,8 +1,8 @@
 """Monolithic contact: semismooth Newton on u, psi and the approach at once.
 
 The augmented Lagrangian (37), or the penalty functional (31), is stationary. In the plane corner multipliers
-are unknowns; in space, where they are not unique, they are given, and become (40) when equilibrium holds
-better than the gaps do.
+are unknowns; in space, where they are not unique, they are given, and become (40) in each step, whose
+closed corners are those before it: with others the system would not be that of its multipliers.
 """
 
 from collections import Counter
@@ -44,7 +44,7 @@ class NodalState:
     closed : boolean array (corners, n)
     iterations, unknowns : int
     residual, open : floats
-        Relative residuals of the system that a step solves, and of gaps whose multipliers are given.
+        Relative residual of the system that a step solves, and change of given multipliers by (40).
     variation
         The first variation.
     """
@@ -111,8 +111,10 @@ class MonolithicNewton:
         # displacements
         self._first = float((facets.g0 / self._up)[np.isfinite(facets.g0)].min())
         self._g0 = facets.g0 - self._first * self._up
-        self.rho = default_rho(facets, method) if rho is None else rho
-        require_positive(rho=self.rho)
+        self._gives = method == "al" and self.body.in_space
+        if rho is not None:
+            require_positive(rho=rho)
+        self.rho: Any = default_rho(facets, method) if rho is None else rho
         self._build()
         self._free_unknowns()
 
@@ -138,10 +140,15 @@ class MonolithicNewton:
         # over rho: NGSolve takes mixed derivatives from sums of second ones, in which 1 is lost beside rho
         self._unit = self.rho if multipliers else 1.0
         stresses = [self._unit * multiplier for multiplier in multipliers or self._given]
-        contact = facets.contact(self._g0, fields, stresses, approach, self.rho)
+        contact = facets.contact(self._g0, fields, stresses, approach, self._rho_on_facets)
         contact -= facets.integral(self._load / facets.weights.sum() * approach)  # 0 at an approach
         self._contact = ng.BilinearForm(self.space)
         self._contact += ng.Variation(contact)
+
+    @property
+    def _rho_on_facets(self) -> Any:
+        """rho as an expression."""
+        return self.rho if np.isscalar(self.rho) else self.facets.field(self.rho)
 
     def _free_unknowns(self) -> None:
         """Chooses the unknowns of a system, those on which forces act, and the lengths of moments."""
@@ -186,21 +193,17 @@ class MonolithicNewton:
         best = state
         visits: Counter[bytes] = Counter()
         factorised = None  # active set of the last matrix
-        residual = np.inf
+        before = (np.inf, np.inf)
         reason = "the residual stalls"
         for iteration in range(61):
             counted()
             if iteration:
                 state = self._state(unknowns, iteration)
                 best = min(best, state, key=lambda known: known.kkt)
-            stalls = state.closed.tobytes() == factorised and not state.residual < residual / 2
+            falls = state.residual < before[0] / 2 or state.open < before[1]
+            stalls = state.closed.tobytes() == factorised and not falls
             if state.kkt <= self._systems.rtol or stalls:
                 break
-            if state.residual <= min(state.open, 1e-3):  # equilibrium is the better one
-                for given, forces in zip(self._given, state.forces):
-                    given.vec.data = self.facets.field(-forces / self.facets.weights).vec
-                visits.clear()
-                state = self._state(unknowns, iteration)
             active = state.closed.tobytes()
             if active != factorised:
                 visits[active] += 1
@@ -210,7 +213,11 @@ class MonolithicNewton:
                 factorised = active
                 self._contact.AssembleLinearization(unknowns.vec)
                 self._systems.add(self._contact.mat, self.free, partial(self._springs, state.closed))
-            residual = state.residual
+            before = (state.residual, state.open)
+            if self._gives and (iteration or start is not None):  # forces of a first guess may be any
+                for given, stress in zip(self._given, -state.forces / self.facets.weights):
+                    given.vec.data = self.facets.field(stress).vec
+                state = self._state(unknowns, iteration, state.closed)
             unknowns.vec.data -= self._systems.solve(state.variation)
         if not best.kkt <= SOLVED:
             raise NotConverged(
@@ -288,18 +295,23 @@ class MonolithicNewton:
         springs = self.rho * np.einsum("cn,cnf->fn", closed, motions**2)
         return springs[[COMPONENTS[name] for name in self.body.names]]
 
-    def _first_variation(self, unknowns: Any) -> tuple[Any, float]:
+    def _first_variation(self, unknowns: Any, forces: Array) -> tuple[Any, float]:
         """Returns the first variation, a vector, and its part on free unknowns over inner forces."""
         internal = (self._systems.stiffness * unknowns.vec).Evaluate()
         variation = ng.GridFunction(self.space).vec
-        self._contact.Apply(unknowns.vec, variation)
+        if self.body.in_space:
+            values = variation.FV().NumPy()
+            values[: self.body.space.ndof] = self.facets.exerted(forces)
+            values[-1] = self._up @ forces.sum(axis=0) - self._load.Get()
+        else:
+            self._contact.Apply(unknowns.vec, variation)
         variation.data += internal
         unbalanced = np.linalg.norm((variation.FV().NumPy() / self._arms)[self._balanced])
         acting = np.linalg.norm((internal.FV().NumPy() / self._arms)[: self.body.space.ndof])
         return variation, _ratio(unbalanced, max(acting, unbalanced))
 
-    def _state(self, unknowns: Any, iterations: int) -> NodalState:
-        """Returns the NodalState of these unknowns."""
+    def _state(self, unknowns: Any, iterations: int, closed: Flags | None = None) -> NodalState:
+        """Returns the NodalState of these unknowns, with corners closed by (40) or as given."""
         facets = self.facets
         count = self.body.space.ndof
         copy = ng.GridFunction(self.space)
@@ -308,19 +320,22 @@ class MonolithicNewton:
         multipliers, moved = self._corners(copy)
         gaps = self._g0 - moved - values[-1] * self._up  # (22)
         stresses = multipliers + self.rho * gaps
-        closed = stresses <= 0  # (40)
+        if closed is None:
+            closed = stresses <= 0  # (40)
         stresses = np.where(closed, stresses, 0.0)
         forces = -stresses * facets.weights
-        variation, unbalanced = self._first_variation(copy)
+        variation, unbalanced = self._first_variation(copy, forces)
         violation = 0.0
-        if self.method == "al":
+        changed = 0.0
+        if self._gives:
+            changed = _ratio(stresses - multipliers, np.abs(stresses).max())
+        elif self.method == "al":
             largest = max(np.abs(moved).max(), abs(values[-1]))  # the scale of the gaps
             pulling = _ratio(multipliers[~closed], np.abs(stresses).max())
             violation = max(_ratio(gaps[closed], largest), pulling)
         load = self._load.Get()
         if self.control == "approach":
             load = float(self._up @ forces.sum(axis=0))
-        in_space = self.body.in_space
         return NodalState(
             approach=self._first + float(values[-1]),
             load=load,
@@ -330,22 +345,26 @@ class MonolithicNewton:
             closed=closed,
             iterations=iterations,
             unknowns=self.free.NumSet(),
-            residual=unbalanced if in_space else max(unbalanced, violation),
-            open=violation if in_space else 0.0,
+            residual=max(unbalanced, violation),
+            open=changed,
             variation=variation,
         )
 
 
-def default_rho(facets: ContactFacets, method: str) -> float:
-    """Returns the `usual_rho` of the body's height, in space of 1/24 or 10 times the length of a facet."""
+def default_rho(facets: ContactFacets, method: str) -> Any:
+    """Returns the `usual_rho` of the body's height; in space of 10 times the length of a facet for the
+    penalty, and of 1/24 of that at each node, array (n,), for multipliers, whose error a step leaves where
+    facets are shorter.
+    """
     body = facets.body
     if body.in_space:
-        length = np.sqrt(facets.weights.sum() / len(facets.facets)) / body.order
+        areas = facets.weights if method == "al" else facets.weights.mean()
+        length = np.sqrt(areas * len(facets.points) / len(facets.facets)) / body.order
         return usual_rho(body.solid, method, length * (1 / 24 if method == "al" else 10))
     return usual_rho(body.solid, method, np.ptp([vertex.point[-1] for vertex in body.mesh.vertices]))
 
 
-def usual_rho(solid: Cosserat, method: str, length: float) -> float:
+def usual_rho(solid: Cosserat, method: str, length: Any) -> Any:
     """Returns lambda + 2 mu over a length; for the penalty 10^4 times (stress per length)."""
     return (1 if method == "al" else 1e4) * (solid.lam + 2 * solid.mu) / length
 

@@ -2,14 +2,13 @@
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
-from functools import cached_property, reduce
+from functools import reduce
 from operator import add
 from typing import Any
 
 import ngsolve as ng
 import numpy as np
 from ngsolve.krylovspace import CGSolver
-from scipy.sparse import csr_matrix
 
 from .. import cost, threads
 from ..errors import NotConverged
@@ -21,7 +20,8 @@ from .condensation import LINKED, factor_bytes
 from .contact_nodes import ContactNodes
 
 MOST_FACTORISED = 20_000  # unknowns, beyond which multigrid takes less time than factors of the fields
-SOFTEST = 1e-3  # springs at open nodes over the stiffest: as good as none
+SOFTEST = 1e-6  # springs at open nodes over the stiffest: as good as none
+SPREAD = 0.01  # part of the springs that acts between nodes too: BDDC inverts the matrix of each facet
 
 
 class Direct:
@@ -123,10 +123,6 @@ class ConjugateGradients:
         with self._tasks():
             return (CGSolver(self._matrix, blocks, tol=1e-4, maxiter=3000) * residual).Evaluate()
 
-    @cached_property
-    def _springs(self) -> "SpringsOnFacets":
-        return SpringsOnFacets(self._facets)
-
     def _tasks(self) -> AbstractContextManager[Any]:
         """NGSolve's threads for large systems, where there is more than one outside."""
         return ng.TaskManager() if threads.workers(self.space.ndof) > 1 else nullcontext()
@@ -135,10 +131,7 @@ class ConjugateGradients:
         """Takes the preconditioner of a field, by its number."""
         if self._by_multigrid:
             embedding = self.space.Embedding(number)
-            held = None
-            if springs is not None and springs.any():
-                held = self._springs.expression(springs)
-            multigrid = _multigrid(self._body, number, self._facets.region, held)
+            multigrid = _multigrid(self._body, number, self._facets, springs)
             self._preconditioners[number] = embedding @ multigrid @ embedding.T
         else:
             self._factorise(number, matrix, free)
@@ -152,9 +145,9 @@ class ConjugateGradients:
         self._preconditioners[number] = matrix.Inverse(block, "sparsecholesky")
 
 
-def _multigrid(body: Body, number: int, region: Any, springs: Any) -> Any:
-    """Returns a preconditioner of a field of a body that springs hold on a region of its boundary, an
-    expression or None: BDDC, with algebraic multigrid of the unknowns of vertices.
+def _multigrid(body: Body, number: int, facets: ContactNodes, springs: Array | None) -> Any:
+    """Returns a preconditioner of a field of a body that springs hold at the nodes of its contact boundary,
+    array (n,) or None: BDDC, with algebraic multigrid of the unknowns of vertices.
     """
     space = body.spaces[number]
 
@@ -170,25 +163,11 @@ def _multigrid(body: Body, number: int, region: Any, springs: Any) -> Any:
     form = ng.BilinearForm(space, symmetric=True)
     work = sum(contact_term.virtual_work(body.moduli, strains(trial), strains(test)))
     form += work * ng.dx(bonus_intorder=body.bonus)
-    if springs is not None:
-        form += springs * trial * test * ng.ds(definedon=region)
+    if springs is not None and springs.any():
+        root = facets.field(np.sqrt(np.maximum(springs, SOFTEST * springs.max())))  # its square has no sign
+        held = root * root * trial * test
+        form += facets.integral((1 - SPREAD) * held)
+        form += SPREAD * held * ng.ds(definedon=facets.region)
     preconditioner = ng.Preconditioner(form, "bddc", coarsetype="h1amg")
     form.Assemble()
     return preconditioner.mat
-
-
-class SpringsOnFacets:
-    """Means of springs at contact nodes on facets, above 0 on all, since BDDC inverts the matrix of each."""
-
-    def __init__(self, nodes: ContactNodes) -> None:
-        self._space = ng.SurfaceL2(nodes.mesh, order=0, definedon=nodes.region)
-        numbers = [self._space.GetDofNrs(facet)[0] for facet in nodes.region.Elements()]
-        counts = np.array([len(members) for members in nodes.facets])
-        entries = np.repeat(1 / counts, counts), (np.repeat(numbers, counts), np.concatenate(nodes.facets))
-        self._means = csr_matrix(entries, shape=(self._space.ndof, len(nodes.points)))
-
-    def expression(self, springs: Array) -> Any:
-        """Returns a function on the facets, of springs at nodes, array (n,)."""
-        means = ng.GridFunction(self._space)
-        means.vec.FV().NumPy()[:] = np.maximum(self._means @ springs, SOFTEST * springs.max())
-        return means

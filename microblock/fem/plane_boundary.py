@@ -25,10 +25,12 @@ class PlaneBoundary:
     ----------
     most_unknowns : int, of a mesh
     soon : int, unknowns with which no mesh is cut any more if rtol is out of reach: some seconds
+    fall : float, the estimate over that of the elements which a pass leaves as they are
     """
 
     most_unknowns = 300_000
     soon = 40_000
+    fall = 20
 
     def __init__(self, solution: MeshSolution) -> None:
         self.solution = solution

@@ -256,8 +256,8 @@ def _meshes(
             # a few more unknowns halve what is left, but at sharp places of the obstacle
             margin=0.7 if far and not boundary.is_singular else 1.4,
         )
-        # a tenth at a time: for much less all elements are cut alike, and not the worst ones first
-        chosen = marked(errors, max(rtol, errors.total / 10) / 2)
+        # not all at a time: for much less all elements are cut alike, and not the worst ones first
+        chosen = marked(errors, max(rtol / 2, errors.total / boundary.fall))
         mesh = (number == 1 and boundary.of_simplices()) or boundary.finer(chosen)
         if mesh.ne == solution.nodes.body.mesh.ne:  # all that should be cut is too small
             break

@@ -22,10 +22,11 @@ class SpaceBoundary:
 
     Attributes
     ----------
-    most_unknowns, soon : int, as of `PlaneBoundary`
+    most_unknowns, soon, fall : as of `PlaneBoundary`
     """
 
     soon = 15_000
+    fall = 2  # of 20, with which the facets about the edge of a contact are cut as well, twice the unknowns
 
     def __init__(self, solution: Any) -> None:
         self.solution = solution

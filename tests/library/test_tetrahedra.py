@@ -4,6 +4,7 @@ import netgen.occ as occ
 import ngsolve as ng
 import numpy as np
 import pytest
+from netgen.meshing import MeshingParameters
 
 import microblock as mb
 from microblock.fem import meshes3d
@@ -106,3 +107,24 @@ def test_nodes_of_triangles_of_order_2_are_the_middles_of_the_sides():
     sides = np.diff(drawn, axis=1)
     area = np.abs(np.linalg.det(sides)).sum() / 2
     assert 0.8 < area < 1.0
+
+
+def graded_box(near, radius, far):
+    """A box whose whole top is pressed, with elements of a size `near` a circle on it, and `far` from it."""
+    box = occ.Box((-2, -2, -2), (2, 2, 0))
+    for face in box.faces:
+        face.name = {0.0: "contact", -2.0: "bottom"}.get(round(face.center.z, 9), "side")
+    sizes = MeshingParameters(maxh=far)
+    for angle in np.linspace(0, 2 * np.pi, 24, endpoint=False):
+        for part in (0.6, 0.8, 1.0):
+            sizes.RestrictH(x=part * radius * np.cos(angle), y=part * radius * np.sin(angle), z=0.0, h=near)
+    return ng.Mesh(occ.OCCGeometry(box).GenerateMesh(mp=sizes))
+
+
+def test_newton_takes_few_steps_on_facets_that_are_graded():
+    """A step leaves an error in proportion to rho times the length of a facet, which differs tenfold here:
+    with one rho for all facets, and multipliers that waited for equilibrium, it took 11.
+    """
+    body = mb.Body(graded_box(0.1, 0.2, 1.0), mb.Elastic(E=0.91, nu=0.3), order=2, fixed="bottom")
+    state = mb.Contact(body, mb.Sphere(R=4.0), mb.Unilateral(), mb.Newton()).solve(load=0.0027)
+    assert state.iterations <= 8
