@@ -27,7 +27,7 @@ from .projected_gradients import solve_matrix_free
 RESIDUAL = 1e-7  # of an increment: far below what cells, nodes and increments leave
 ALTERNATIONS = 60  # 3 to 12 are met
 NEARLY_SLIPS = 0.98  # of f P, beyond which the way of the obstacle was seen to change by more than 5 %
-DOUBTFUL = 0.05  # of the dissipation: a change from half as many increments, which is said
+DOUBTFUL = 0.05  # of the dissipation: a change from the coarser history, which is said
 NEGLIGIBLE = 1e-4  # of f times the work: smaller dissipations come and go with single cells
 
 
@@ -123,8 +123,9 @@ class SlidingSolution:
 
 
 def noted_state(solution: Any, coarser: Increment) -> Any:
-    """Returns the State of a solution, noting how little is known of its way: `coarser` is the increment on
-    half as many ones. Near full slip directions of slip, and with them its length, follow Q ever more slowly.
+    """Returns the State of a solution, noting how little is known of its way: `coarser` is the increment
+    after half as many ones, on cells also on half as many along an axis. Near full slip directions of slip,
+    and with them its length, follow Q ever more slowly.
     """
     increment = solution.increment
     state = solution.state()
@@ -135,13 +136,13 @@ def noted_state(solution: Any, coarser: Increment) -> Any:
             "given on the way, and at f P are the least that the forces allow"
         )
     change = abs(increment.dissipation - coarser.dissipation)
-    least = NEGLIGIBLE * solution.solver.law.friction * increment.work
-    if change > DOUBTFUL * max(increment.dissipation, least):
-        return state.noting(
-            f"dissipation changes by {change / increment.dissipation:.2g} of itself from half as many "
-            "increments: give more loads on the way"
-        )
-    return state
+    largest = max(increment.dissipation, coarser.dissipation)
+    if change <= DOUBTFUL * max(largest, NEGLIGIBLE * solution.solver.law.friction * increment.work):
+        return state
+    return state.noting(
+        f"dissipation changes by {change / largest:.2g} of itself where cells and increments are halved in "
+        "number: take finer cells or elements, or give more loads on the way"
+    )
 
 
 class ShearResponse(Protocol):

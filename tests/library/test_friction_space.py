@@ -1,5 +1,6 @@
 """Friction on a half-space: shear, increments, and histories against closed forms and the plane."""
 
+from dataclasses import replace
 from functools import cache, partial
 
 import numpy as np
@@ -408,6 +409,10 @@ def test_a_dissipation_that_cells_and_increments_leave_open_is_said():
     states = [noted_state(solution, before.increment) for before, solution in zip(coarse, fine)]
     said = [any("dissipation changes by 0.1" in words for words in state.warnings) for state in states]
     assert said == [False, True, False]
+    without = replace(fine[1], increment=replace(fine[1].increment, dissipation=0.0))
+    assert any(
+        "dissipation changes by 1 of" in words for words in noted_state(without, coarse[1].increment).warnings
+    )
 
 
 def test_a_history_has_no_stiffness():
