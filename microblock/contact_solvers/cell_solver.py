@@ -354,22 +354,7 @@ class CellSolver(Solver):
         if self.period is not None:
             words += ": on a period it is looked for within 1.5 periods of 0, or between its `ends`"
         require(np.isfinite(g0).any(), "obstacle", self.obstacle, words)
-        options: dict[str, Any] = {"load": load, "approach": approach, "rtol": residual}
-        forces: Any = None
-        minimum = None
-        products = 0
-        if start is not None:
-            forces = grid.area * start.pressures[(slice(None), *start.grid.nearest(*grid.places))]
-        if start is not None and (start.load == load or start.approach == approach):
-            part, cells = self.about(start, grid)
-            if part is not grid:
-                inside = self.minimum(self.flexibility(part), g0[cells], start=forces[cells], **options)
-                forces[:] = 0.0
-                forces[cells] = inside.forces
-                products = inside.iterations
-                minimum = projected_gradients.state_of(H, g0, forces, **options)
-        if minimum is None:
-            minimum = self.minimum(H, g0, start=forces, **options)
+        minimum = self._minimum_from(start, grid, load=load, approach=approach, rtol=residual)
         surface = H.surface(minimum.forces)
         half = self.solid.ell / 2
         phi, m = H.rotations_and_moments(minimum.forces, surface)
@@ -383,9 +368,31 @@ class CellSolver(Solver):
             self.turned(phi) / half,
             surface[0],
             minimum.kkt,
-            products + minimum.iterations,
+            minimum.iterations,
         )
         return self.completed(state, H, minimum)
+
+    def _minimum_from(self, start: Any, grid: Any, **options: Any) -> ContactState:
+        """Returns the contact state on a grid, from the solution on another one or None. From a coarser grid
+        at the same load or approach it is first that of the cells about its contact, and then looked at on
+        all of them.
+        """
+        H, g0 = self.prepared(grid)
+        if start is None:
+            return self.minimum(H, g0, **options)
+        forces = grid.area * start.pressures[(slice(None), *start.grid.nearest(*grid.places))]
+        part = grid
+        if start.load == options["load"] or start.approach == options["approach"]:
+            part, cells = self.about(start, grid)
+        if part is grid:
+            return self.minimum(H, g0, start=forces, **options)
+        inside = self.minimum(self.flexibility(part), g0[cells], start=forces[cells], **options)
+        forces[:] = 0.0
+        forces[cells] = inside.forces
+        whole = projected_gradients.state_of(H, g0, forces, **options)
+        if whole is None:  # corners touch outside of the part
+            whole = self.minimum(H, g0, start=forces, **options)
+        return replace(whole, iterations=inside.iterations + whole.iterations)
 
     def minimum(self, H: Flexibility, g0: Array, **options: Any) -> ContactState:
         """Returns the contact state on a grid."""
