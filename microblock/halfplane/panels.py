@@ -277,14 +277,7 @@ def _near_responses(
     lever = problem.lever(panels.corner[panel[pair]], panels.x(panel[pair], v0[pair] + offsets))
     values = kernel(problem, distance, target[pair], lever)
     integrals = np.empty((*values.shape[:-1], len(x), rules[0].basis.shape[1]))
-    first = first_value = 0
-    for rule, count, length in zip(rules, counts.tolist(), lengths.tolist()):
-        last = first + count
-        last_value = first_value + count * length
-        part = values[..., first_value:last_value].reshape(*values.shape[:-1], count, length)
-        integrals[..., ascending[first:last], :] = part @ rule.basis
-        first = last
-        first_value = last_value
+    integrals[..., ascending, :] = _integrals_by_cuts(values, rules, counts)
     return integrals
 
 
@@ -299,6 +292,20 @@ class CutRule(NamedTuple):
 
     offsets: Array
     basis: Array
+
+
+def _integrals_by_cuts(values: Array, rules: Sequence[CutRule], counts: Integers) -> Array:
+    """Returns integrals of pairs in the order of their cuts, array (..., pairs, order or one more), from
+    values at the nodes of their rules, one pair after the other: array (..., nodes).
+    """
+    integrals = []
+    first = 0
+    for rule, count in zip(rules, counts.tolist()):
+        last = first + count * len(rule.offsets)
+        of_cut = values[..., first:last].reshape(*values.shape[:-1], count, len(rule.offsets))
+        integrals.append(of_cut @ rule.basis)
+        first = last
+    return np.concatenate(integrals, axis=-2)
 
 
 @lru_cache(maxsize=4096)

@@ -140,7 +140,9 @@ def _smooth_averages(
     radial: Callable[[Array], Array],
     components: Callable[[Array, Array, Array], Array],
 ) -> Array:
-    """Returns the same from the values at the middles of cells; wrong near the loaded one."""
+    """Returns averages of `cell_averages` as those of polynomials through the values at the middles of cells
+    and their neighbours, which holds far from the loaded cell alone.
+    """
     rows, columns = np.tril_indices(count + NEIGHBOURS)
     r = width * np.hypot(rows, columns)
     r[0] = width
