@@ -43,7 +43,7 @@ class NodalState:
         Forces (40) along -n.
     closed : boolean array (corners, n)
     iterations, unknowns : int
-    residual, open : floats
+    residual, multiplier_change : floats
         Relative residual of the system that a step solves, and change of given multipliers by (40).
     variation
         The first variation.
@@ -58,13 +58,13 @@ class NodalState:
     iterations: int
     unknowns: int
     residual: float
-    open: float
+    multiplier_change: float
     variation: Any
 
     @property
     def kkt(self) -> float:
         """Largest relative residual."""
-        return max(self.residual, self.open)
+        return max(self.residual, self.multiplier_change)
 
 
 class MonolithicNewton:
@@ -111,10 +111,10 @@ class MonolithicNewton:
         # displacements
         self._first = float((facets.g0 / self._up)[np.isfinite(facets.g0)].min())
         self._g0 = facets.g0 - self._first * self._up
-        self._gives = method == "al" and self.body.in_space
+        self._multipliers_given = method == "al" and self.body.in_space
         if rho is not None:
             require_positive(rho=rho)
-        self.rho: Any = default_rho(facets, method) if rho is None else rho
+        self.rho: float | Array = default_rho(facets, method) if rho is None else rho
         self._build()
         self._free_unknowns()
 
@@ -140,15 +140,11 @@ class MonolithicNewton:
         # over rho: NGSolve takes mixed derivatives from sums of second ones, in which 1 is lost beside rho
         self._unit = self.rho if multipliers else 1.0
         stresses = [self._unit * multiplier for multiplier in multipliers or self._given]
-        contact = facets.contact(self._g0, fields, stresses, approach, self._rho_on_facets)
+        rho = facets.field(self.rho) if isinstance(self.rho, np.ndarray) else self.rho
+        contact = facets.contact(self._g0, fields, stresses, approach, rho)
         contact -= facets.integral(self._load / facets.weights.sum() * approach)  # 0 at an approach
         self._contact = ng.BilinearForm(self.space)
         self._contact += ng.Variation(contact)
-
-    @property
-    def _rho_on_facets(self) -> Any:
-        """rho as an expression."""
-        return self.rho if np.isscalar(self.rho) else self.facets.field(self.rho)
 
     def _free_unknowns(self) -> None:
         """Chooses the unknowns of a system, those on which forces act, and the lengths of moments."""
@@ -193,14 +189,18 @@ class MonolithicNewton:
         best = state
         visits: Counter[bytes] = Counter()
         factorised = None  # active set of the last matrix
-        before = (np.inf, np.inf)
+        previous: NodalState | None = None
         reason = "the residual stalls"
         for iteration in range(61):
             counted()
             if iteration:
                 state = self._state(unknowns, iteration)
                 best = min(best, state, key=lambda known: known.kkt)
-            falls = state.residual < before[0] / 2 or state.open < before[1]
+            falls = (
+                previous is None
+                or state.residual < previous.residual / 2
+                or state.multiplier_change < previous.multiplier_change
+            )
             stalls = state.closed.tobytes() == factorised and not falls
             if state.kkt <= self._systems.rtol or stalls:
                 break
@@ -213,8 +213,9 @@ class MonolithicNewton:
                 factorised = active
                 self._contact.AssembleLinearization(unknowns.vec)
                 self._systems.add(self._contact.mat, self.free, partial(self._springs, state.closed))
-            before = (state.residual, state.open)
-            if self._gives and (iteration or start is not None):  # forces of a first guess may be any
+            previous = state
+            first_guess = iteration == 0 and start is None  # whose forces may be any
+            if self._multipliers_given and not first_guess:
                 for given, stress in zip(self._given, -state.forces / self.facets.weights):
                     given.vec.data = self.facets.field(stress).vec
                 state = self._state(unknowns, iteration, state.closed)
@@ -326,9 +327,9 @@ class MonolithicNewton:
         forces = -stresses * facets.weights
         variation, unbalanced = self._first_variation(copy, forces)
         violation = 0.0
-        changed = 0.0
-        if self._gives:
-            changed = _ratio(stresses - multipliers, np.abs(stresses).max())
+        multiplier_change = 0.0
+        if self._multipliers_given:
+            multiplier_change = _ratio(stresses - multipliers, np.abs(stresses).max())
         elif self.method == "al":
             largest = max(np.abs(moved).max(), abs(values[-1]))  # the scale of the gaps
             pulling = _ratio(multipliers[~closed], np.abs(stresses).max())
@@ -346,12 +347,12 @@ class MonolithicNewton:
             iterations=iterations,
             unknowns=self.free.NumSet(),
             residual=max(unbalanced, violation),
-            open=changed,
+            multiplier_change=multiplier_change,
             variation=variation,
         )
 
 
-def default_rho(facets: ContactFacets, method: str) -> Any:
+def default_rho(facets: ContactFacets, method: str) -> float | Array:
     """Returns the `usual_rho` of the body's height; in space of 10 times the length of a facet for the
     penalty, and of 1/24 of that at each node, array (n,), for multipliers, whose error a step leaves where
     facets are shorter.
