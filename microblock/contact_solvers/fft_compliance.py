@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike
 from scipy.fft import next_fast_len
 from scipy.ndimage import label, map_coordinates
 
+from ..model.quadrature import form_grid
 from ..model.types import Array, Flags, Integers
 from .convolution import FourierOperator, circulant_spectrum, rounded
 from .projected_gradients import MatrixFree
@@ -97,10 +98,11 @@ class Grid:
     def interpolated(self, values: Array, periodic: bool, *x: Array | float) -> Array:
         """Returns values on cells, array (n, ...), between their centres; 0 outside."""
         n = self.count
-        first, last = np.asarray(x[0]), np.asarray(x[-1])
-        if first.ndim == 2 and np.all(first == first[:, :1]) and np.all(last == last[:1]):  # on a grid
-            along_first = self._along(self.axes[0], first[:, 0], values, periodic)
-            return self._along(self.axes[1], last[0], along_first.T, periodic).T
+        places = [np.asarray(coordinate) for coordinate in x]
+        if len(places) == 2 and form_grid(*places):
+            x1, x2 = places
+            along_first = self._along(self.axes[0], x1[:, 0], values, periodic)
+            return self._along(self.axes[1], x2[0], along_first.T, periodic).T
         coordinates = self.cell_coordinates(*x)
         between = map_coordinates(values, coordinates, order=1, mode="grid-wrap" if periodic else "nearest")
         inside = periodic | np.all(np.abs(coordinates - (n - 1) / 2) <= n / 2, axis=0)

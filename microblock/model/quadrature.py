@@ -27,6 +27,11 @@ def lagrange(points: Array, v: Array) -> Array:
     return terms
 
 
+def form_grid(x1: Array, x2: Array) -> bool:
+    """Returns whether places (x1, x2) are rows of equal x1 and columns of equal x2, arrays (n, m)."""
+    return x1.ndim == 2 and bool(np.all(x1 == x1[:, :1]) and np.all(x2 == x2[:1]))
+
+
 def in_blocks(count: int, each: int) -> list[Array]:
     """Returns numbers up to a count in parts of at most a million values."""
     return np.array_split(np.arange(count), 1 + count * each // 2**20)

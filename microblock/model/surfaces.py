@@ -12,7 +12,7 @@ from ..errors import Checked, checked, require_choice, require_positive
 from . import roughness
 from .height_map import HeightMap
 from .obstacles import RigidObstacle, SelfAffine
-from .quadrature import in_blocks
+from .quadrature import form_grid, in_blocks
 from .roughness import Statistics
 from .types import AnyArray as Array
 
@@ -198,7 +198,7 @@ class RoughSurface(SelfAffine):
         """Returns heights at (x1, x2) (lengths)."""
         x1 = np.asarray(x1, float)
         x2 = np.asarray(x2, float)
-        if x1.ndim == 2 and np.all(x1 == x1[:, :1]) and np.all(x2 == x2[:1]):  # a grid
+        if form_grid(x1, x2):
             return self._waves(x1[:, 0]) @ self._matrix @ self._waves(x2[0]).T
         heights = []
         for block in in_blocks(x1.size, 4 * self.waves[1]):
