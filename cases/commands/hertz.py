@@ -9,6 +9,7 @@ discretisation is --model fe --mesh uniform --h 0.02 --order 1 --method al --dom
 
 import inspect
 import math
+from functools import partial
 from types import SimpleNamespace
 from typing import Literal
 
@@ -163,10 +164,13 @@ def problem(options, method=None):
         "wedge": mb.Wedge(math.tan(math.radians(options.wedge_deg))),
         "punch": mb.Punch(options.punch_half_width * options.a_Hz, math.tan(math.radians(options.tilt_deg))),
     }
-    law = getattr(mb, options.contact.capitalize())()
-    if options.contact == "microblock":
-        reading = {"gap": "gaps and levers", "lever": "levers"}[options.psi0_reading]
-        law = mb.Microblock(math.radians(options.psi0_deg), reading)
+    reading = {"gap": "gaps and levers", "lever": "levers"}[options.psi0_reading]
+    laws = {
+        "microblock": partial(mb.Microblock, math.radians(options.psi0_deg), reading),
+        "unilateral": mb.Unilateral,
+        "microclamped": mb.Microclamped,
+    }
+    law = laws[options.contact]()
     if options.model == "halfplane":
         body = mb.HalfPlane(options.solid)
         method = mb.Panels(order=options.order)
