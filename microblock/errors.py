@@ -452,7 +452,7 @@ def require_floats(words: str, masked: float = np.nan, /, **arguments: Any) -> A
 
 def require_heights(**heights: Any) -> None:
     """Raises BadArgument of unsigned integers: -z of those, of what was measured from above, wraps round; and
-    of a number by which files mark holes, where all other heights are far from it.
+    of a number by which files mark holes, where all other heights are farther from it than from each other.
     """
     ((name, values),) = heights.items()
     words = "must not be unsigned integers, whose negative wraps round: take them as float"
@@ -462,7 +462,7 @@ def require_heights(**heights: Any) -> None:
     marked = np.isin(np.abs(finite), MARKS_OF_HOLES) | (np.abs(finite) >= LEAST_HUGE_MARK)
     for mark in set(finite[marked].tolist()):
         others = finite[finite != mark]
-        if others.size and np.abs(others - mark).min() > 10 * np.ptp(others):
+        if others.size and np.abs(others - mark).min() > np.ptp(others):
             holes = finite.size - others.size
             raise BadArgument(name, mark, f"stands in {holes} places, and seems to mark holes: make them NaN")
 

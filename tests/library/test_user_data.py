@@ -243,13 +243,13 @@ def test_unsigned_heights_are_refused(make):
     make(-z.astype(float))
 
 
-@pytest.mark.parametrize("mark", [-9999, 1.70141e38])
+@pytest.mark.parametrize("mark, unit", [(-9999, 1.0), (-32768, 2e4), (1.70141e38, 1.0)])
 @pytest.mark.parametrize(
     "make", [lambda z: mb.Rough.from_heights(z.ravel(), 1.0), lambda z: mb.RoughSurface.from_heights(z, 1.0)]
 )
-def test_numbers_that_mark_holes_are_refused(make, mark):
+def test_numbers_that_mark_holes_are_refused(make, mark, unit):
     """A hole of -9999 was the place of contact without a word; heights about 9999 are no marks."""
-    z = np.array([[0.1, 0.2, 0.3], [0.3, 0.4, 0.5]])
+    z = unit * np.array([[0.1, 0.2, 0.3], [0.3, 0.4, 0.5]])
     z[1, 2] = mark
     with pytest.raises(mb.BadArgument, match="stands in 1 places, .* make them NaN"):
         make(z)
