@@ -214,17 +214,14 @@ class CellResponse:
 
 
 class SecondSurface(Protocol):
-    """What a second body adds to the gaps of corners on cells.
-
-    Attributes
-    ----------
-    smooth : array (length, ...), positive response of the second body on the waves of the preconditioner
-    """
+    """What a second body adds to the gaps of corners on cells."""
 
     @property
-    def smooth(self) -> Array: ...
+    def smooth(self) -> Array:
+        """Positive response of the second body on the waves of the preconditioner, array (length, ...)."""
 
-    def __matmul__(self, forces: Array) -> Array: ...
+    def __matmul__(self, forces: Array) -> Array:
+        """Returns gaps of corner forces, arrays (corners, ...)."""
 
     def added(self, R: Array, displaced: float) -> Array:
         """Returns R of both bodies from that of the first, whose short waves displace by `displaced`."""
@@ -363,7 +360,8 @@ class Flexibility(MatrixFree):
 class Product(Protocol):
     """What has a product with corner forces."""
 
-    def __matmul__(self, forces: Array) -> Array: ...
+    def __matmul__(self, forces: Array) -> Array:
+        """Returns gaps of corner forces, arrays (corners, ...)."""
 
 
 class CellFlexibility(Flexibility):

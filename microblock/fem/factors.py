@@ -36,7 +36,8 @@ class Factors(Protocol):
     block: Array
     least: float
 
-    def __init__(self, matrix: Any, inner: Integers, contact: Integers) -> None: ...
+    def __init__(self, matrix: Any, inner: Integers, contact: Integers) -> None:
+        """Factorises a matrix, the unknowns `contact` last."""
 
     def solve(self, right: Array) -> Array:
         """Returns the solution, array (unknowns,); 0 of unknowns that are none of the two."""

@@ -24,32 +24,24 @@ Sources = Iterator[tuple[Array, Array]]
 
 
 class SurfaceLoads(Protocol):
-    """Tractions on the surface.
-
-    Attributes
-    ----------
-    extent : float
-        Largest distance from the origin (length).
-    shallowest : float
-        Depth to which points nearer to the surface are moved (length).
-    resolved : float
-        As of FieldsBelow.
-    """
+    """Tractions on the surface."""
 
     @property
-    def extent(self) -> float: ...
+    def extent(self) -> float:
+        """Largest distance from the origin (length)."""
 
     @property
-    def shallowest(self) -> float: ...
+    def shallowest(self) -> float:
+        """Depth to which points nearer to the surface are moved (length)."""
 
     @property
-    def resolved(self) -> float: ...
+    def resolved(self) -> float:
+        """As of `FieldsBelow` (length)."""
 
     def sources(self, x1: float, nearest: float, order: int) -> Sources:
         """Yields distances from x1 and weights, arrays (m,) and (6, m), from near to far; intervals nearer
         than `nearest` are not cut.
         """
-        ...
 
 
 def _shells(start: Array, end: Array, nearest: float) -> tuple[Array, Array, Integers, Integers]:

@@ -16,25 +16,32 @@ class ContactLike(Protocol):
     """A contact problem, as `microblock.Contact`."""
 
     @property
-    def body(self) -> BodyLike: ...
+    def body(self) -> BodyLike:
+        """The body that is pressed."""
 
     @property
-    def obstacle(self) -> ObstacleLike: ...
+    def obstacle(self) -> ObstacleLike:
+        """What presses it, rigid or a second body."""
 
     @property
-    def law(self) -> Law: ...
+    def law(self) -> Law:
+        """The contact law."""
 
     @property
-    def method(self) -> MethodLike | None: ...
+    def method(self) -> MethodLike | None:
+        """The method that was named, if one was."""
 
     @property
-    def solid(self) -> Cosserat: ...
+    def solid(self) -> Cosserat:
+        """The solid of the body."""
 
     @property
-    def solver(self) -> Any: ...
+    def solver(self) -> Any:
+        """The Solver of the method."""
 
     @property
-    def blocks(self) -> Any: ...
+    def blocks(self) -> Any:
+        """The Blocks of the law on the solid."""
 
     def solve(self, load: float | None = None, **options: Any) -> Any:
         """Returns the State at a load, or with ``approach=`` at an approach."""

@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from ..errors import BadArgument, require
 from .bodies import BodyLike, offered_by, over_surface, require_body
-from .obstacles import RigidObstacle, as_obstacle, check
+from .obstacles import RigidObstacle, as_obstacle, asks_another, check
 from .types import ObstacleLike
-
-
-def _of_shape(name: str) -> Any:
-    """Returns the property of a `Deformable` that is that of its shape."""
-
-    def offered(obstacle: Deformable) -> Any:
-        return getattr(shape_of(obstacle), name)
-
-    return property(offered)
 
 
 @dataclass(frozen=True)
@@ -55,15 +49,6 @@ class Deformable(RigidObstacle):
     body: BodyLike
     shape: ObstacleLike | None = None
 
-    height = _of_shape("height")
-    kinks = _of_shape("kinks")
-    jumps = _of_shape("jumps")
-    ends = _of_shape("ends")
-    formulas = _of_shape("formulas")
-    even = _of_shape("even")
-    period = _of_shape("period")
-    normal_gap = _of_shape("normal_gap")
-
     def __post_init__(self) -> None:
         require_body(self.body)
         given = self.shape is not None or offered_by(self.body).surface is not None
@@ -77,6 +62,18 @@ class Deformable(RigidObstacle):
             if failure.name != "obstacle":  # but what the shape says of itself
                 raise
             raise BadArgument("shape", self.shape, failure.allowed) from failure
+
+    @property
+    def height(self) -> Callable[..., ArrayLike]:
+        return shape_of(self).height
+
+
+def _of_shape(obstacle: Deformable, name: str) -> Any:
+    """Returns what the shape of a second body says."""
+    return getattr(shape_of(obstacle), name)
+
+
+asks_another(Deformable, _of_shape)
 
 
 def shape_of(obstacle: ObstacleLike) -> RigidObstacle:

@@ -131,7 +131,8 @@ class LoadPath(PlainData):
         rtol: float | None
 
         @property
-        def events(self) -> Sequence[Event]: ...
+        def events(self) -> Sequence[Event]:
+            """Events on the way, by ascending load."""
 
     def parts_to_save(self) -> tuple[type, dict[str, Any]]:
         return LoadPath, {name: getattr(self, name) for name in ("problem", *self._keys)}

@@ -132,21 +132,15 @@ class SpaceFields(FieldsAtPoints):
 
 
 class FieldsBelow(Protocol):
-    """What `State.fields` is: fields at points, of a body in the plane at x1, x2, in space at x1, x2, x3.
-
-    Attributes
-    ----------
-    second : FieldsBelow or None
-        Fields of the second body.
-    resolved : float
-        Depth below which the tractions are known well enough, 0 where these are no means over cells (length).
-    """
+    """What `State.fields` is: fields at points, of a body in the plane at x1, x2, in space at x1, x2, x3."""
 
     @property
-    def resolved(self) -> float: ...
+    def resolved(self) -> float:
+        """Depth below which tractions are known well enough: 0 where they are no means of cells (length)."""
 
     @property
-    def second(self) -> FieldsBelow | None: ...
+    def second(self) -> FieldsBelow | None:
+        """Fields of the second body."""
 
     def __call__(self, *places: Any) -> Any:
         """Returns PointFields, in space SpaceFields, at places, numbers or arrays that broadcast; raises

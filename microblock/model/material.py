@@ -28,9 +28,11 @@ class Varying(Protocol):
 
     is_complex: bool
 
-    def Compile(self) -> Any: ...
+    def Compile(self) -> Any:
+        """Returns the same function, compiled."""
 
-    def Diff(self, variable: Any) -> Any: ...
+    def Diff(self, variable: Any) -> Any:
+        """Returns the derivative with respect to a variable."""
 
 
 class Moduli(NamedTuple):

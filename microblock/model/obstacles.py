@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
@@ -87,40 +87,35 @@ class RigidObstacle:
             """As rule 1 says; no default, which a field `height` of a dataclass would take."""
 
 
-def _of_given(name: str) -> Any:
-    """Returns the property of a `GivenObstacle` that is what the user's obstacle says at the time, or the
-    default.
-    """
-    default = getattr(RigidObstacle, name)
-
-    def offered(obstacle: GivenObstacle) -> Any:
-        value = getattr(obstacle.given, name, default)
-        if isinstance(default, tuple) and isinstance(value, np.ndarray) and value.ndim == 1:
-            return tuple(value.tolist())  # which is true where it is not empty
-        return value
-
-    return property(offered)
-
-
 @dataclass(frozen=True, repr=False)
 class GivenObstacle(StandsFor, RigidObstacle):
     """A user's obstacle, a callable height or an object with one, and what it says of itself."""
 
     given: Any
 
-    kinks = _of_given("kinks")
-    jumps = _of_given("jumps")
-    ends = _of_given("ends")
-    formulas = _of_given("formulas")
-    even = _of_given("even")
-    period = _of_given("period")
-    normal_gap = _of_given("normal_gap")
-
     @property
     def height(self) -> Callable[..., ArrayLike]:
         if hasattr(self.given, "height"):
             return cast(Callable[..., ArrayLike], self.given.height)
         return cast(Callable[..., ArrayLike], self.given)
+
+
+def asks_another(kind: type, offered: Callable[..., Any]) -> None:
+    """Makes each attribute of `RigidObstacle` a property of a class, ``offered(obstacle, name)``."""
+    for name in RigidObstacle.__annotations__:
+        setattr(kind, name, property(partial(offered, name=name)))
+
+
+def _of_given(obstacle: GivenObstacle, name: str) -> Any:
+    """Returns what the user's obstacle says at the time, or the default."""
+    default = getattr(RigidObstacle, name)
+    value = getattr(obstacle.given, name, default)
+    if isinstance(default, tuple) and isinstance(value, np.ndarray) and value.ndim == 1:
+        return tuple(value.tolist())  # which is true where it is not empty
+    return value
+
+
+asks_another(GivenObstacle, _of_given)
 
 
 def as_obstacle(given: Any) -> RigidObstacle:

@@ -56,12 +56,6 @@ class Solution:
         Length after which the surface repeats.
     method : str
         Name of the method, without another word that of its class in small letters.
-    fields : FieldsBelow or None
-        Fields below the surface.
-    work : float or None
-        Work of the loads, of a history.
-    stiffness : float or None
-        Derivative of the load by the approach.
     """
 
     estimate: ErrorParts | None = None
@@ -72,13 +66,16 @@ class Solution:
     if TYPE_CHECKING:  # read-only: methods have properties or fields of these names
 
         @property
-        def fields(self) -> FieldsBelow | None: ...
+        def fields(self) -> FieldsBelow | None:
+            """Fields below the surface."""
 
         @property
-        def work(self) -> float | None: ...
+        def work(self) -> float | None:
+            """Work of the loads, of a history."""
 
         @property
-        def stiffness(self) -> float | None: ...
+        def stiffness(self) -> float | None:
+            """Derivative of the load by the approach."""
 
         def __getattr__(self, name: str) -> Any:
             """What a method gives."""
@@ -165,7 +162,6 @@ class PlaneSolution(Solution):
         Whether the contact ends somewhere.
     interrupted : boolean array (n - 1,) or None
         As of `State`, as all that follows.
-    slip : array (n,) or None
     opposite : array (corners, n) or None
         Displacement of a second body under the corners (length).
     """
@@ -177,7 +173,8 @@ class PlaneSolution(Solution):
     if TYPE_CHECKING:
 
         @property
-        def slip(self) -> Array | None: ...
+        def slip(self) -> Array | None:
+            """Slip since the first contact, array (n,)."""
 
     else:
         slip = None
@@ -370,17 +367,13 @@ class LineSolution(PlaneSolution):
 
 class SpaceSolution(Solution):
     """Base of solutions in space: `pressures` (corners, ...), `micromoment` and `psi` (2, ...), with
-    `displacement` and `closed` (...) at n points, and ``between(values, places)`` of values (...).
-
-    Attributes
-    ----------
-    slip : array (2, ...) or None
-    """
+    `displacement` and `closed` (...) at n points, and ``between(values, places)`` of values (...)."""
 
     if TYPE_CHECKING:
 
         @property
-        def slip(self) -> Array | None: ...
+        def slip(self) -> Array | None:
+            """Slip since the first contact, array (2, ...)."""
 
     else:
         slip = None

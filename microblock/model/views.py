@@ -12,27 +12,35 @@ if TYPE_CHECKING:  # the types load NumPy, which `import microblock` does withou
 class Pictures(Protocol):
     """Figures of results, new ones or those of an axis."""
 
-    def draw_state(self, state: Any, ax: Axes | None, /) -> Figure: ...
+    def draw_state(self, state: Any, ax: Axes | None, /) -> Figure:
+        """Returns the figure of a state."""
 
-    def draw_blocks(self, state: Any, ax: Axes | None, /) -> Figure: ...
+    def draw_blocks(self, state: Any, ax: Axes | None, /) -> Figure:
+        """Returns the figure of the blocks at the contact."""
 
-    def draw_below(self, state: Any, field: str, ax: Axes | None, x2: float | None, /) -> Figure: ...
+    def draw_below(self, state: Any, field: str, ax: Axes | None, x2: float | None, /) -> Figure:
+        """Returns the figure of a field below the surface, in space in the plane x2."""
 
-    def draw_history(self, states: Sequence[Any], ax: Axes | None, /) -> Figure: ...
+    def draw_history(self, states: Sequence[Any], ax: Axes | None, /) -> Figure:
+        """Returns the figure of a history with friction."""
 
-    def draw_path(self, path: Any, ax: Axes | None, /) -> Figure: ...
+    def draw_path(self, path: Any, ax: Axes | None, /) -> Figure:
+        """Returns the figure of a load path."""
 
-    def draw_identification(self, result: Any, ax: Axes | None, /) -> Figure: ...
+    def draw_identification(self, result: Any, ax: Axes | None, /) -> Figure:
+        """Returns the figure of readings, fit and profiles."""
 
     def draw_rows(
         self, rows: Sequence[dict[str, Any]], x: str, y: str, others: Sequence[str], ax: Axes | None, /
-    ) -> Figure: ...
+    ) -> Figure:
+        """Returns the figure of rows of a sweep, a curve for each value of the others."""
 
 
 class Tables(Protocol):
     """Results as labelled data sets."""
 
-    def data_set(self, result: Any, /) -> Any: ...
+    def data_set(self, result: Any, /) -> Any:
+        """Returns a data set of xarray."""
 
 
 _offers: dict[str, Callable[[], Any]] = {}
