@@ -16,8 +16,8 @@ contact may be, is not known before:
 With a window of the user's or a period, 1 and 4 are replaced by the window, and what is beside it.
 """
 
-from collections.abc import Sequence
-from typing import NoReturn
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt
@@ -25,7 +25,7 @@ from scipy.ndimage import distance_transform_edt
 from ..contact_solvers.fft_compliance import Grid
 from ..errors import BOUNDED, BadArgument, require
 from ..model.periodic import EQUAL
-from ..model.types import Array, Flags
+from ..model.types import Array, Integers
 from .approach_bound import Gaps, mean_heights
 from .squares import Squares
 
@@ -34,6 +34,7 @@ LARGEST_SQUARE = 1e4  # of ell, and of the disc's radius: side of the last one
 SEARCH_LIMIT = 1e15  # of ell: squares beyond it are not sampled
 COARSE_ROWS = 32  # rows and columns of squares
 CONTACT_ROWS = 320  # of those about the contact
+AT_ONCE = 2**15  # samples, which a cache holds: heights of a million in one array take twice as long
 VALLEYS = 64  # of a square that are followed down; about which others are looked for
 VALLEY_DISTANCE = 0.25  # of the disc's radius, between two valleys
 ROWS_INSIDE = 4  # of a square to an edge of the obstacle: fewer do not show how far it is
@@ -44,6 +45,19 @@ UNSEEN = (
     "(0, 0) may be missed; move it near there, which changes nothing else"
 )
 FALLS = "have a lowest place: without one it falls without end"
+
+
+class SampledSquare(NamedTuple):
+    """Samples f, array (n, n), at x1 of rows and x2 of columns, arrays (n,) (lengths)."""
+
+    x1: Array
+    x2: Array
+    f: Array
+
+    def samples(self, numbers: Integers) -> Array:
+        """Returns x1, x2 and f of numbered samples, array (k, 3)."""
+        rows, columns = np.divmod(numbers, len(self.x2))
+        return np.column_stack((self.x1[rows], self.x2[columns], self.f.flat[numbers]))
 
 
 class CandidateSquares:
@@ -159,13 +173,18 @@ class CandidateSquares:
 
     def sample_squares(self, window: Grid | Squares) -> None:
         """Samples squares of cells, and as far again on all sides, and follows the valleys there (6)."""
+        for square in self._squares_of_cells(window):
+            self._keep(square)
+        self._follow_valleys()
+
+    def _squares_of_cells(self, window: Grid | Squares) -> Iterator[SampledSquare]:
+        """Yields the samples of `sample_squares`."""
         width = 1 if self.repeats and isinstance(window, Grid) else 3
         rows = int(CONTACT_ROWS / np.sqrt(len(window.grids)))
-        for grid in window.grids:
-            self._sample_square(grid.middle, width * grid.side, width * rows)
-        self._follow_valleys()
         # a disc of this diameter holds two rows and two columns, and so the square of one sample
         self.seen_width = float(8**0.5 * np.max(window.side) / rows)
+        for grid in window.grids:
+            yield self._sampled(grid.middle, width * grid.side, width * rows)
 
     def _sample_from_origin(self, rows: int = COARSE_ROWS) -> None:
         """Samples squares about (0, 0), each twice as wide, until the lowest is well inside (1 to 3)."""
@@ -222,10 +241,13 @@ class CandidateSquares:
             self._follow_valleys()
 
     def _sample_window(self, window: Grid) -> None:
-        """Samples a window, and beside it, and bounds the approach."""
-        for width in 2.0 ** np.arange(2, 1 if self.repeats else 7):
-            self._sample_square(window.middle, width * window.side, COARSE_ROWS)
-        self.sample_squares(window)
+        """Samples a window, and beside it, and bounds the approach; of the samples those below it are kept,
+        far fewer than all.
+        """
+        widths = 2.0 ** np.arange(2, 1 if self.repeats else 7)
+        squares = [self._sampled(window.middle, width * window.side, COARSE_ROWS) for width in widths]
+        squares += self._squares_of_cells(window)
+        self._follow_valleys()  # the lowest one has the lowest sample
         require(
             len(self.samples),
             "obstacle",
@@ -233,38 +255,45 @@ class CandidateSquares:
             "must have a finite height within the window: no sample has one",
         )
         self._bound_approach(window.side)
+        for square in squares:
+            self._keep(square)
 
     def _sample_square(self, middle: Array | Sequence[float], side: float, count: int) -> None:
-        """Adds samples of a square in `count` rows and columns:
+        """Adds the samples of a square below the bound."""
+        self._keep(self._sampled(middle, side, count))
+
+    def _keep(self, square: SampledSquare) -> None:
+        """Adds those samples of a square that are below the bound."""
+        self.samples = np.vstack((self.samples, square.samples(np.flatnonzero(square.f < self.bound))))
+
+    def _sampled(self, middle: Array | Sequence[float], side: float, count: int) -> SampledSquare:
+        """Returns samples of a square in `count` rows and columns:
 
         a. f at random places of rows and columns;
-        b. the place farthest from where there is no obstacle;
-        c. samples below the bound, and starts of valleys, which no neighbour undercuts.
+        b. the place farthest from where there is no obstacle is noted,
+        c. and starts of valleys, which no neighbour undercuts.
         """
         rows = (np.arange(count) + self._random.random(count)) / count - 0.5  # a
         columns = (np.arange(count) + self._random.random(count)) / count - 0.5
-        x1, x2 = np.meshgrid(middle[0] + side * rows, middle[1] + side * columns, indexing="ij")
-        f = self._least_gap(x1, x2)
+        x1 = middle[0] + side * rows
+        x2 = middle[1] + side * columns
+        parts = np.array_split(x1, 1 + count**2 // AT_ONCE)
+        f = np.vstack([self._least_gap(*np.meshgrid(part, x2, indexing="ij")) for part in parts])
+        square = SampledSquare(x1, x2, f)
         if np.isinf(f).any():
-            self._note_inner_place(x1, x2, f, side / count)  # b
-
-        def samples(where: Flags) -> Array:
-            return np.column_stack((x1[where], x2[where], f[where]))
-
-        self.samples = np.vstack((self.samples, samples(f < self.bound)))  # c
-        starts = samples(_is_local_minimum(f))
+            self._note_inner_place(square, side / count)  # b
+        starts = square.samples(_local_minima(f))  # c
         starts = starts[np.argsort(starts[:, 2])[:VALLEYS]]
         self._starts = np.vstack((self._starts, np.insert(starts, 3, side / count, axis=1)))
+        return square
 
-    def _note_inner_place(self, x1: Array, x2: Array, f: Array, distance: float) -> None:
-        """Keeps the place farthest from the edges of the obstacle, of samples f, array (n, n), at a mean
-        distance (length).
-        """
-        rows = distance_transform_edt(np.isfinite(f))
-        farthest = np.unravel_index(np.argmax(rows), rows.shape)
-        edge_distance = rows[farthest] * distance
-        if rows[farthest] >= ROWS_INSIDE and edge_distance > self._edge_distance:
-            self._inner_place = np.array((x1[farthest], x2[farthest]))
+    def _note_inner_place(self, square: SampledSquare, distance: float) -> None:
+        """Keeps the place farthest from the edges of the obstacle, of samples at a mean distance (length)."""
+        rows = distance_transform_edt(np.isfinite(square.f))
+        farthest = np.atleast_1d(np.argmax(rows))
+        edge_distance = rows.flat[farthest[0]] * distance
+        if rows.flat[farthest[0]] >= ROWS_INSIDE and edge_distance > self._edge_distance:
+            self._inner_place = square.samples(farthest)[0, :2]
             self._edge_distance = edge_distance
 
     def _follow_valleys(self) -> None:
@@ -320,12 +349,20 @@ class CandidateSquares:
         raise BadArgument("obstacle", self.obstacle, f"must {demand}{bounded}")
 
 
-def _is_local_minimum(f: Array) -> Flags:
-    """Returns which samples, array (n, n), are below their neighbours; of a horizontal face one, or few."""
-    count = len(f)
+def _local_minima(f: Array) -> Integers:
+    """Returns the numbers of the samples, array (n, n), that are below their neighbours; of a horizontal face
+    one, or few.
+    """
     padded = np.pad(f, 1, constant_values=np.inf)
-    is_minimum = np.isfinite(f)
-    for number in np.delete(np.arange(9), 4):
-        neighbour = padded[number // 3 :, number % 3 :][:count, :count]
-        is_minimum &= (f < neighbour) if number < 4 else (f <= neighbour)
-    return np.asarray(is_minimum)
+    width = len(padded)
+    # few are below both neighbours in their row: these alone are compared with the other six
+    middle = padded[1:-1, 1:-1]
+    lower = (middle < padded[1:-1, :-2]) & (middle <= padded[1:-1, 2:])
+    rows, columns = np.nonzero(lower)
+    around = (rows + 1) * width + columns + 1
+    padded = padded.ravel()
+    is_minimum = np.ones(len(rows), bool)
+    for step in (-1, 0, 1):
+        is_minimum &= padded[around] < padded[around - width + step]
+        is_minimum &= padded[around] <= padded[around + width + step]
+    return np.asarray(rows * len(f) + columns)[is_minimum]

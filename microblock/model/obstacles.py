@@ -773,7 +773,8 @@ def returned(obstacle: Any, *x: Array) -> Array:
     def above(*x: Array) -> Array:
         shape = np.shape(x[0])
         if not line:  # obstacles over a surface have no ends
-            return np.array(np.broadcast_to(real_numbers(offered.height(*x), masked=np.inf), shape))
+            values: Array = real_numbers(offered.height(*x), masked=np.inf)
+            return values if values.shape == shape else np.array(np.broadcast_to(values, shape))
         x_given = x[0].copy() if ends else x[0]  # a place, which height may change
         found: Array = real_numbers(offered.height(*x), masked=np.inf)
         if not ends or found.shape != shape:

@@ -382,7 +382,7 @@ def candidates_in_space(choice):
         squares = contact.solver.candidates(load, approach, contact.solver.given_window())
         numbers = {part: getattr(squares, part) for part in ("bound", "radius", "valleys", "lowest")}
         numbers |= {
-            "samples": squares.samples[:, :2],
+            "samples": np.sort(squares.samples_below(squares.bound)[:, :2], axis=0),
             "separate": np.unique(np.round(squares.separate_valleys(squares.bound), 6), axis=0),
         }
         yield from table(row, numbers, CLOSE)
