@@ -516,4 +516,5 @@ def _shortfall(goal: float | None, result: State | History) -> str:
     error = result.error_estimate
     if not isinstance(goal, Usual) or error is None or error <= goal:
         return ""
-    return f"the usual rtol of {goal:g} was not reached: the estimate is {error:.1e}; an rtol goes on"
+    reached = f": the estimate is {error:.1e}" if np.isfinite(error) else ""
+    return f"the usual rtol of {goal:g} was not reached{reached}; an rtol goes on"

@@ -115,8 +115,7 @@ class BodyFields:
         raises BadArgument for a point outside of the body.
         """
         dim = 3 if self.body.in_space else 2
-        require((x3 is None) == (dim == 2), "x3", x3, "must be given of a body in space, and there alone")
-        x, shape = at_points(x1, x2) if x3 is None else at_points(x1, x2, x3)
+        x, shape = at_points(x1, x2, x3, self.body.in_space)
         sign = np.where(self.mirrored & (x[0] < 0), -1.0, 1.0)
         evaluated = (self.u, self.psi, self.stress, self.couple_stress) if dim == 3 else self.plane_fields
         points = self.body.mesh(sign * x[0], *x[1:])

@@ -98,15 +98,17 @@ class HalfPlaneBelow(BelowSurface[Sequence[SurfaceLoads]]):
         return min(loads.resolved for loads in self.loads)
 
     @bounded
-    def __call__(self, x1: ArrayLike, x2: ArrayLike, accuracy: int = 10) -> HalfPlaneFields:
+    def __call__(
+        self, x1: ArrayLike, x2: ArrayLike, x3: ArrayLike | None = None, *, accuracy: int = 10
+    ) -> HalfPlaneFields:
         """Returns the fields at points, arrays or numbers; `accuracy`, Gauss points on a piece of the path,
-        of 10 leaves about 1e-8 of the largest values. Raises BadArgument beyond the surface.
+        of 10 leaves about 1e-8 of the largest values. Raises BadArgument beyond the surface, and of x3.
 
         On cells tractions are linear in each: at depths below their width they are known as the pressures
         are. Points above a thousandth of it (on panels 1e-7 ell) are moved there.
         """
         require_whole(1, 100, accuracy=accuracy)
-        (x1, x2), shape = points(x1, x2)
+        (x1, x2), shape = points(x1, x2, x3, in_space=False)
         depth = self.lowered("x2", x2, min(loads.shallowest for loads in self.loads))
         values = np.empty((len(FIELD_NAMES), len(x1)))
         for abscissa in np.unique(x1):

@@ -37,6 +37,7 @@ FIRST_MARGIN = 1.5  # side of the first squares over the width of their patches
 MARGIN = 1.16 + 6 / SEARCH_CELLS  # of later ones: a twelfth and three cells free on either side
 JOINING_GAP = 0.5  # of the smaller side, gap below which two squares become one
 ROUNDED_GAP = 0.2  # the same of rounded squares; of two alike rounding leaves 0.22 of JOINING_GAP
+LEAST_SIDE = 1e-3  # of the widest square, below which a place that does not press is left
 MOST_SQUARES = 64  # whose pairs would fill the memory
 NO_WINDOW = f"no window holds the contact after {TRIES} tries; give Cells(window=(left, right))"
 
@@ -195,7 +196,8 @@ def _contact_patches(state: Any, places: Array, penetrates: bool) -> tuple[list[
             patches.append(Patch(_box(np.vstack((*contacts, open_places))), 1.5 * grid.side))  # 4b
             grows = True
         else:
-            patches += _patches_about(open_places, grid.side / 8, grid.side / 8)  # 4c
+            if grid.side > LEAST_SIDE * state.grid.grids[0].side:
+                patches += _patches_about(open_places, grid.side / 8, grid.side / 8)  # 4c
             patches += [Patch(contact, 0.0) for contact in contacts]  # 4b
     return patches, grows
 

@@ -357,13 +357,14 @@ class HalfSpaceBelow(BelowSurface[SquareLoads]):
         return float(self.loads.widths.min(initial=np.inf)) / 2
 
     @bounded
-    def __call__(self, x1: ArrayLike, x2: ArrayLike, x3: ArrayLike) -> SpaceFields:
-        """Returns the fields at points, arrays or numbers. Raises BadArgument beyond the surface.
+    def __call__(self, x1: ArrayLike, x2: ArrayLike, x3: ArrayLike | None = None) -> SpaceFields:
+        """Returns the fields at points, arrays or numbers. Raises BadArgument beyond the surface, and without
+        x3.
 
         Tractions are linear in each cell: at depths below their width they are known as the pressures are.
         Points above a thousandth of it are moved there.
         """
-        (x1, x2, x3), shape = points(x1, x2, x3)
+        (x1, x2, x3), shape = points(x1, x2, x3, in_space=True)
         depth = self.lowered("x3", x3, self.loads.shallowest)
         places, numbers = np.unique((x1, x2), axis=1, return_inverse=True)
         components = np.empty((len(TURNS), len(x1)), complex)

@@ -22,6 +22,7 @@ from ..contact_solvers.fft_compliance import CellFlexibility, CellResponse, Flex
 from ..errors import NOT_YET, NotConverged, require
 from ..halfplane.kernels import at_rest, is_classical
 from ..model.deformable import second_solid
+from ..model.height_map import HeightMap
 from ..model.history import History
 from ..model.intervals import distance_to_edges
 from ..model.material import joint_modulus
@@ -173,7 +174,7 @@ class SurfaceSolver(CellSolver):
         hidden = penetration_between_cells(state, candidates)
         if self.options.window is None and (cut or len(outside)):
             raise ContactLeavesWindow(np.vstack((*chain(*square_search.contact_boxes(state)), outside)))
-        return _warnings(cut, outside, hidden), len(hidden) > 0
+        return _warnings(cut, outside, hidden, 2 * state.grid.count), len(hidden) > 0
 
     def weights(self, grid: Grid | Squares) -> Array:
         """Returns weights of squares in the norm: the square of `distance_to_edges`, since steps of cells
@@ -343,9 +344,16 @@ class SurfaceSolver(CellSolver):
         plain = (load or 0.0) / (2 * joint_modulus(self.solid, self.second))
         punch_loads = (plain, softer * plain)
         periodic = self.period is not None
+        window = window or self._square_of_map()
         return CandidateSquares(
             self.gaps, self.solid.ell, punch_loads, approach, self.obstacle, window, periodic
         )
+
+    def _square_of_map(self) -> Grid | None:
+        """Returns the square beside which no block is under a height map, or None."""
+        if not isinstance(self.shape, HeightMap):
+            return None
+        return Grid(1, max(self.shape.lengths) + 2 * self.solid.ell, (0.0, 0.0))
 
     def _is_sparse(self, candidates: CandidateSquares) -> bool:
         """Returns whether so little of a period can touch that several squares of cells are tried."""
@@ -355,13 +363,18 @@ class SurfaceSolver(CellSolver):
         return inside and len(candidates.samples_below(candidates.bound)) < SPARSE * CONTACT_ROWS**2
 
 
-def _warnings(cut: bool, outside: Array, hidden: Array) -> tuple[str, ...]:
-    """Returns what a fixed window or fixed nodes leave out, at places, arrays (k, 2)."""
+def _warnings(cut: bool, outside: Array, hidden: Array, more: int) -> tuple[str, ...]:
+    """Returns what a fixed window or cells leave out, at places, arrays (k, 2), and that `more` cells along an
+    axis may see the latter.
+    """
     warnings = []
     if cut:
         warnings.append("the window cuts the contact: cells at its rim press")
-    for places, where in ((outside, "outside of the window"), (hidden, "between cells")):
+    for places, where, remedy in (
+        (outside, "outside of the window", ""),
+        (hidden, "between cells", f": try Cells(nodes={more})"),
+    ):
         if len(places):
             x1, x2 = places[0]
-            warnings.append(f"the obstacle would touch {where} as well, as at ({x1:.4g}, {x2:.4g})")
+            warnings.append(f"the obstacle would touch {where} as well, as at ({x1:.4g}, {x2:.4g}){remedy}")
     return tuple(warnings)

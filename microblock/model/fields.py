@@ -8,7 +8,7 @@ from typing import Any, Protocol, TypeVar, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import BadArgument, require_numbers
+from ..errors import BadArgument, require, require_numbers
 from .types import Array, Integers, Interval
 
 # of the depth, above which a picture does not look for its extremes: there a stress may have no bound
@@ -154,10 +154,14 @@ def largest_shear(stress: Array) -> Array:
     return np.hypot((s11 - s22) / 2, (s12 + s21) / 2) + np.abs(s12 - s21) / 2
 
 
-def points(*places: ArrayLike) -> tuple[list[Array], tuple[int, ...]]:
-    """Returns coordinates x1, x2, ... of points, arrays (n,), and their shape; raises BadArgument unless they
-    are numbers that broadcast.
+def points(
+    x1: ArrayLike, x2: ArrayLike, x3: ArrayLike | None, in_space: bool
+) -> tuple[list[Array], tuple[int, ...]]:
+    """Returns coordinates x1, x2 and in space x3 of points, arrays (n,), and their shape; raises BadArgument
+    unless they are numbers that broadcast, and x3 is given in space alone.
     """
+    require((x3 is not None) == in_space, "x3", x3, "must be given of a body in space, and there alone")
+    places = (x1, x2) if x3 is None else (x1, x2, x3)
     names = [f"x{number}" for number in range(1, 1 + len(places))]
     try:
         coordinates = np.broadcast_arrays(*(np.asarray(x, float) for x in places))

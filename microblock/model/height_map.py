@@ -42,6 +42,8 @@ class HeightMap(RigidObstacle):
     spacing : (float, float)
         Distances of columns and of rows (lengths).
     periodic : bool
+    unknown : int
+        Number of heights that were masked or NaN, of which states warn.
 
     Raises
     ------
@@ -49,23 +51,28 @@ class HeightMap(RigidObstacle):
         Of `RoughSurface.from_heights`.
     """
 
-    def __init__(self, heights: Array, spacing: tuple[float, float], periodic: bool = False) -> None:
+    def __init__(
+        self, heights: Array, spacing: tuple[float, float], periodic: bool = False, unknown: int = 0
+    ) -> None:
         self.heights = heights
         self.spacing = spacing
         self.periodic = periodic
+        self.unknown = unknown
         self.heights.setflags(write=False)
         if periodic:
-            lengths = self._lengths
+            lengths = self.lengths
             words = f"must make one period, and {lengths[0]:g} along x1 is not {lengths[1]:g} along x2"
             require(abs(lengths[0] - lengths[1]) <= SAME * lengths[0], "spacing", spacing, words)
             self.period = lengths[0]
 
     def __repr__(self) -> str:
         rows, columns = self.heights.shape
-        return f"HeightMap({rows} x {columns} heights, {self._lengths[0]:.4g} x {self._lengths[1]:.4g})"
+        missing = np.count_nonzero(~self._there)
+        holes = f", {missing} of them missing" if missing else ""
+        return f"HeightMap({rows} x {columns} heights{holes}, {self.lengths[0]:.4g} x {self.lengths[1]:.4g})"
 
     @property
-    def _lengths(self) -> tuple[float, float]:
+    def lengths(self) -> tuple[float, float]:
         """Lengths along x1 and x2 for which the samples stand."""
         rows, columns = self.heights.shape
         return columns * self.spacing[0], rows * self.spacing[1]
@@ -151,7 +158,8 @@ class HeightMap(RigidObstacle):
         z : array (rows, columns)
             Heights (length) of the obstacle's lower side, upwards: -z of what was measured from above.
             Columns run along x1 and rows along x2, in the order of the file, and the middle of the map lies
-            over the origin. Where z is masked, NaN or inf there is no obstacle.
+            over the origin. Where z is masked, NaN or inf there is no obstacle; states say how many
+            heights are masked or NaN.
         spacing : float or (float, float)
             Distance of samples along x1 and x2 (length).
         periodic : bool
@@ -194,8 +202,10 @@ class HeightMap(RigidObstacle):
             heights = heights - _trend(heights, there, detrend)
         if fill and not there.all():
             heights = _filled(heights, there)
-        heights = np.where(np.isnan(heights), np.inf, heights)
-        return HeightMap(heights, (float(lengths[0]), float(lengths[1])), periodic)
+        unknown = np.isnan(heights)
+        heights = np.where(unknown, np.inf, heights)
+        count = np.count_nonzero(unknown)
+        return HeightMap(heights, (float(lengths[0]), float(lengths[1])), periodic, count)
 
     @staticmethod
     def from_file(

@@ -75,11 +75,7 @@ def of_samples(contact: PlaneContact) -> list[str]:
     samples = shape_of(contact.solver.obstacle)
     if not isinstance(samples, Samples):
         return []
-    sentences = []
-    if samples.unknown:
-        sentences.append(
-            f"{samples.unknown} of {len(samples.x)} heights are NaN: taken as places without an obstacle"
-        )
+    sentences = _unknown(samples.unknown, len(samples.x))
     if not np.any(samples.jumps):  # a horizontal or tilted face is a punch
         return sentences
     period = contact.period
@@ -110,12 +106,13 @@ def of_samples(contact: PlaneContact) -> list[str]:
 
 
 def of_map(obstacle: Any, state: Any) -> list[str]:
-    """Returns a sentence on a contact in space, of a state, that reaches an edge of a height map or of a hole
-    in it: a cell and a corner's distance farther there is no obstacle.
+    """Returns sentences on heights of a map that are NaN, and on a contact in space, of a state, that reaches
+    an edge of the map or of a hole in it: a cell and a corner's distance farther there is no obstacle.
     """
     heights = shape_of(obstacle)
     if not isinstance(heights, HeightMap):
         return []
+    sentences = _unknown(heights.unknown, heights.heights.size)
     touching = state.closed > 0
     reach = np.sqrt(state.weights[touching])
     if len(state.pressures) > 1:
@@ -123,13 +120,21 @@ def of_map(obstacle: Any, state: Any) -> list[str]:
     x1, x2 = state.points[touching, :2].T
     beside = [(x1 + reach * a, x2 + reach * b) for a, b in ((1, 0), (-1, 0), (0, 1), (0, -1))]
     at_edge = np.isinf([heights.height(*places) for places in beside]).any(axis=0)
-    if not at_edge.any():
+    if at_edge.any():
+        place = int(np.argmax(at_edge))
+        sentences.append(
+            f"the contact reaches an edge of the map, as at ({x1[place]:.3g}, {x2[place]:.3g}), taken as "
+            "sharp: measure farther, fill holes, take a rough map as a period (periodic=True), or check the "
+            "sign of the heights, which grow away from the body"
+        )
+    return sentences
+
+
+def _unknown(count: int, size: int) -> list[str]:
+    """Returns a sentence on how many heights are NaN."""
+    if not count:
         return []
-    place = int(np.argmax(at_edge))
-    return [
-        f"the contact reaches an edge of the map, as at ({x1[place]:.3g}, {x2[place]:.3g}), taken as sharp: "
-        "measure farther, fill holes, or check the sign of the heights, which grow away from the body"
-    ]
+    return [f"{count} of {size} heights are NaN: taken as places without an obstacle"]
 
 
 def _seen(places: Sequence[float], period: float | None) -> list[float]:

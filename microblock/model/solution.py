@@ -461,6 +461,8 @@ def _far_off(state: State) -> list[str]:
     error = state.error_estimate or 0.0
     if error <= 0.1 or state.solution.data_exhausted:
         return []
+    if error == np.inf:
+        return ["no error estimate: the obstacle would touch where no cell is"]
     return [f"the error estimate is {error:.1e}: pressures and edges are rough"]
 
 

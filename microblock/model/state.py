@@ -51,7 +51,8 @@ class State(PlainData):
     load : float
         Force per thickness, of a period where there is one.
     approach : float or None
-        Approach of the obstacle (length); None where the constant of a half-plane is arbitrary.
+        Approach of the obstacle (length), counted from height 0 of the obstacle on the level of the surface;
+        None where the constant of a half-plane is arbitrary.
     x, weights : arrays (n,)
         Points of the contact surface, ascending, and their lengths: ``weights @ pressure`` is the load (of a
         curved surface with the normals' second component as a factor).
@@ -83,7 +84,7 @@ class State(PlainData):
         friction also of q over the friction. Beside edges of the obstacle (on meshes also where its height
         jumps), where pressures are unbounded, squares have the weight min(1, d/b) in the plane and
         min(1, d/b)^2 in space, d the distance to the nearest edge and b the half-width of the face. None
-        where the discretisation was prescribed.
+        where the discretisation was prescribed, inf where the obstacle would touch between the cells.
     accuracy : str
         What `error_estimate` is of instead, "load", "depth" or "stiffness", where it is not "pressure".
     error_parts : ErrorParts or None
@@ -141,7 +142,8 @@ class State(PlainData):
     closed : array (n,) of int
         Number of corners with a force, and all four where no gap is open.
     contact_area : float
-        Area on which a corner touches (length^2).
+        Area on which a corner touches (length^2). It counts whole cells, or nodes: it is known to about half
+        a cell's width times the length of the contact's edge.
     shear, tangential_approach : arrays (2,)
         With friction the components along x1 and x2 of Q and of the obstacle's motion, on a period less the
         mean of the surface.

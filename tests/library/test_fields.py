@@ -27,6 +27,15 @@ for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
     EPSILON[a, b, c], EPSILON[a, c, b] = 1, -1
 
 
+def test_the_number_of_coordinates_is_that_of_the_body():
+    """Two of three ended in a TypeError of Python, and three on a half-plane were an accuracy."""
+    space = pressed(SPACE, SPHERE, mb.Unilateral(), 32)
+    line = pressed(LINE, CYLINDER, mb.Unilateral(), 64)
+    for state, places in ((space, (0.0, -0.1)), (line, (0.0, 0.0, -0.1))):
+        with pytest.raises(mb.BadArgument, match="x3 = .*of a body in space, and there alone"):
+            state.fields(*places)
+
+
 def pressed(body, obstacle, law, nodes, load=1.0):
     return mb.Contact(body, obstacle, law, mb.Cells(nodes=nodes)).solve(load=load)
 
