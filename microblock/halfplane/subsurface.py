@@ -99,7 +99,7 @@ class HalfPlaneBelow(BelowSurface[Sequence[SurfaceLoads]]):
 
     @bounded
     def __call__(
-        self, x1: ArrayLike, x2: ArrayLike, x3: ArrayLike | None = None, *, accuracy: int = 10
+        self, x1: ArrayLike, x2: ArrayLike, x3: ArrayLike | None = None, accuracy: int = 10
     ) -> HalfPlaneFields:
         """Returns the fields at points, arrays or numbers; `accuracy`, Gauss points on a piece of the path,
         of 10 leaves about 1e-8 of the largest values. Raises BadArgument beyond the surface, and of x3.

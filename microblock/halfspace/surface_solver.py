@@ -364,8 +364,8 @@ class SurfaceSolver(CellSolver):
 
 
 def _warnings(cut: bool, outside: Array, hidden: Array, more: int) -> tuple[str, ...]:
-    """Returns what a fixed window or cells leave out, at places, arrays (k, 2), and that `more` cells along an
-    axis may see the latter.
+    """Returns what a fixed window or cells leave out, at places, arrays (k, 2), and how many `more` cells
+    along an axis may see the latter.
     """
     warnings = []
     if cut:

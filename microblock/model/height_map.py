@@ -204,7 +204,7 @@ class HeightMap(RigidObstacle):
             heights = _filled(heights, there)
         unknown = np.isnan(heights)
         heights = np.where(unknown, np.inf, heights)
-        count = np.count_nonzero(unknown)
+        count = int(np.count_nonzero(unknown))
         return HeightMap(heights, (float(lengths[0]), float(lengths[1])), periodic, count)
 
     @staticmethod
