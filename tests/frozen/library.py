@@ -9,7 +9,6 @@ import contextlib
 import copy
 import io
 import pickle
-from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 
 import netgen.occ as occ
@@ -19,13 +18,11 @@ from ngsolve.meshes import MakeStructured2DMesh
 
 import microblock as mb
 from cases.__main__ import main
-from cases.closed_forms import Strip, ThinLayer
 from cases.size_effect import axis_closes
 from microblock.fem import contact_term, meshes
 from microblock.fem.loads import Loads
 from microblock.halfplane import kernels
 from microblock.model.corner_geometry import Blocks
-from tests import closed_forms
 
 from . import problems as given
 
@@ -372,48 +369,6 @@ def of_kernels():
     return rows
 
 
-def of_closed_forms():
-    x = np.array([0.1, 0.25])
-    attributes = ("delta_fc", "traction", "micromoment", "L_psi", "L_u", "state")
-    strips = {
-        name: Strip(ell=0.5, psi0=0.0175, nu=0.3, beta=1.0, delta=delta)
-        for name, delta in (("partial", 0.01), ("full", 0.04))
-    }
-    wavy = closed_forms.Wavy(closure=3.0, wavelength=1.0, mean=1.0)
-    layer = ThinLayer(normal=100.0, rotational=0.5, ell=0.1)
-    profiles = {
-        "hertz": closed_forms.hertz(x, 1.0, 0.34),
-        "punch": closed_forms.punch(x, 1.0, 0.34),
-        "wave": wavy.pressure(x),
-        "tilted punch": closed_forms.tilted_punch(x, 1.0, 0.34, -0.01, 100.0)[0],
-        "wedge": closed_forms.wedge(x, 1.0, 0.34),
-    }
-    rows = {
-        **{
-            f"strip {name} {part}": getattr(form, part)
-            for name, form in strips.items()
-            for part in attributes
-        },
-        **{
-            f"strip {name} {part}": getattr(form, part)(0.7)
-            for name, form in strips.items()
-            for part in ("psi", "u1", "u2")
-        },
-        "wave half_width": wavy.half_width,
-        "wave approach": wavy.approach_over_amplitude,
-        **{
-            f"thin layer pressure {corner}": value
-            for corner, value in zip("AB", layer.pressures(np.array([[0.01], [0.004]]))[:, 0])
-        },
-        **{
-            f"{name} pressure at {place:g}": value
-            for name, pressures in profiles.items()
-            for place, value in zip(x, pressures)
-        },
-    }
-    return {f"closed form {name}": value for name, value in rows.items()}
-
-
 def of_bodies():
     """A body without contact, Newton's steps, layer lengths, the largest shear."""
     loads = Loads(
@@ -459,23 +414,6 @@ def of_two_faces():
         f"strip of two faces {name} at {depth:g}": field(body.mesh(depth - 1.0))
         for depth in (-1.0, -0.4, 1.0)
         for name, field in zip(("u1", "u2", "psi"), fields)
-    }
-
-
-def indented(radius, ell):
-    """What the frozen study computes at a point."""
-    solid = material({"solid": given.solid(ell=ell)})
-    state = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=radius), mb.Microblock()).solve(1.0)
-    return {"half_width": state.half_width, "pressure_max": state.pressure.max()}
-
-
-def of_studies():
-    with ThreadPoolExecutor(1) as executor:
-        rows = mb.sweep(indented, {"radius": (5, 10), "ell": (0.05, 0.1)}, executor=executor, quiet=True)
-    return {
-        f"sweep radius={row['radius']} ell={row['ell']} {name}": row[name]
-        for row in rows
-        for name in ("half_width", "pressure_max")
     }
 
 

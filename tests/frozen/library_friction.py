@@ -13,7 +13,6 @@ from microblock.halfplane.friction_solver import FrictionSolver
 from microblock.model.history import History
 
 from . import library
-from . import problems as given
 from . import problems_friction as problems
 
 SAME = 1e-9  # share of a leg, within which changes are one event
@@ -281,64 +280,3 @@ def zones(state):
         for number, interval in enumerate(intervals)
         for side, edge in zip(("left", "right"), interval)
     ]
-
-
-def refusals():
-    """{what is asked for: a call that must fail}."""
-    solid = mb.Cosserat(**given.SOLID)
-    half = mb.HalfPlane(solid)
-    cylinder = mb.Cylinder(R=10)
-    forth = problems.FORTH
-    rubbing = mb.Microblock(friction=0.3)
-    two = mb.Deformable(half, cylinder)
-    block = library.body_of({"solid": given.SOLID, "mesh": "block", "order": 1})
-
-    def contact(law=rubbing, method=None, body=half, obstacle=cylinder):
-        return mb.Contact(body, obstacle, law, method)
-
-    def to(*pairs, **options):
-        return lambda: contact().history(pairs, **options)
-
-    return {
-        "history without friction": lambda: contact(mb.Microblock()).history(forth),
-        "friction=-1": lambda: mb.Unilateral(friction=-1.0),
-        "psi0 and friction": lambda: mb.Microblock(psi0=0.01, friction=0.3),
-        "state with friction": lambda: contact().solve(1.0),
-        "path with friction": lambda: contact().path(1.0),
-        "no pairs": to(),
-        "triples": to((1.0, 0.0, 0.0)),
-        "pair without normal force": to((0.0, 0.0)),
-        "pair beyond friction": to((1.0, 0.4)),
-        "pair that is nan": to((1.0, float("nan"))),
-        "history rtol=2": to((1.0, 0.0), rtol=2.0),
-        "history coupled=2": to((1.0, 0.0), coupled=2),
-        "history on cells of fixed number": lambda: contact(method=mb.Cells(nodes=64)).history(forth),
-        "history on a period": lambda: contact(body=mb.HalfPlane(solid, period=2.0)).history(forth),
-        "history on fitted meshes": lambda: contact(body=mb.Block(solid, 4.0), method=mb.Fitted()).history(
-            forth
-        ),
-        "history on an endless block": lambda: contact(
-            body=mb.Block(solid), method=mb.Uniform(h=0.1)
-        ).history(forth),
-        "history on a mesh to rtol": lambda: contact(body=block).history(forth, rtol=0.1),
-        "history by penalty": lambda: contact(body=block, method=mb.Newton("penalty")).history(forth),
-        "history on a body between bodies": lambda: contact(body=block, obstacle=two).history(forth),
-        "panels of microblocks": lambda: contact(method=mb.Panels(), obstacle=two).history(forth),
-        "panels of an order": lambda: contact(
-            mb.Unilateral(friction=0.3), mb.Panels(order=8), obstacle=two
-        ).history(forth),
-        "panels with much shear": lambda: contact(
-            mb.Unilateral(friction=0.3), mb.Panels(), obstacle=two
-        ).history([(1.0, 0.0), (1.1, 0.2)]),
-        "beta=0 and friction": lambda: contact(
-            body=mb.HalfPlane(mb.Cosserat(**given.solid(beta=0.0)))
-        ).history(forth),
-    }
-
-
-def refused_at_length():
-    """The same of a call that fails after half of the time of the room."""
-    block = library.body_of({"solid": given.SOLID, "mesh": "block", "order": 1})
-    problem = mb.Contact(block, mb.Cylinder(R=10), mb.Microblock(friction=30.0), mb.Newton())
-    pairs = [(1.0, 0.0), (1.0, 15.0), (0.1, 1.0)]
-    return {"friction of no unique answer": lambda: problem.history(pairs)}

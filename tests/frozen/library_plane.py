@@ -3,7 +3,6 @@
 import numpy as np
 
 import microblock as mb
-from cases.closed_forms import ThinLayer
 from cases.commands import hertz
 from cases.strip import relative_error
 from microblock.contact_solvers import active_set, projected_gradients
@@ -12,12 +11,10 @@ from microblock.halfplane import averages, first_zones, kernels, shear_cells, tr
 from microblock.halfplane.friction_edges import zones_on_cells
 from microblock.halfplane.loading_history import LoadingHistory
 from microblock.halfplane.second_body_kernel import second_body_flexibility
-from microblock.model import contact_candidates, intervals, piecewise_chebyshev, quadrature
+from microblock.model import contact_candidates, intervals, quadrature
 from microblock.model.corner_geometry import Blocks
 from microblock.model.problem import Problem
-from tests import closed_forms
 
-from . import library
 from . import problems as given
 from . import problems_friction as problems
 from .library_friction import digest
@@ -235,36 +232,11 @@ def of_pictures():
             yield from (
                 (f"picture {name} {part} {i}", value, "estimated", 1e-6) for i, value in enumerate(numbers)
             )
-    angle = piecewise_chebyshev.proxy(lambda x: np.abs(np.sin(3 * x)) + x, np.linspace(-1, 2, 13))
-    yield "proxy kinks", len(angle.singular), "outcome"
-    yield from ((f"proxy 1 + place {i}", 1 + x, "estimated", 1e-6) for i, x in enumerate(angle.singular))
-    yield from ((f"proxy jump {i}", jump, "estimated", 1e-5) for i, jump in enumerate(angle.jumps))
 
 
 def of_intervals():
-    """Arithmetic of intervals and observables of zones, as texts and numbers."""
-    first = [(-1.0, 0.5), (0.75, 1.0), (2.0, 3.0)]
-    second = [(0.25, 0.8), (2.5, 4.0)]
+    """Norms, distances, rules and extrema on a line."""
     x = np.linspace(-2, 4, 13)
-    flags = np.array([0, 1, 1, 0, 0, 1, 0, 1], bool)
-    texts = {
-        "joined": intervals.joined([*second, *first]),
-        "joined with slack": intervals.joined(first, 0.3),
-        "without": intervals.without(first, 0.0, 2.5),
-        "common": intervals.common(first, second),
-        "contains": intervals.contains(first, x).astype(int).tolist(),
-        "over the end": intervals.over_the_end([(0.0, 0.25), (0.5, 0.6), (0.75, 1.0)], 1.0),
-        "interrupted": intervals.in_interruption(x, np.arange(12) % 3 == 0, x + 0.1).astype(int).tolist(),
-        "contact zones": intervals.contact_zones({0: first, 1: second}, "AB"),
-        "changes": intervals.zone_changes(first, second) + intervals.zone_changes(second, first),
-        "moved on": intervals.moved_on(
-            {0: tuple(first)}, {0: tuple((a - 0.25, b - 0.5) for a, b in first)}, 0.5
-        ),
-        "runs": [tuple(map(int, pair)) for pair in intervals.runs(flags)],
-        "edges": intervals.zone_edges({0: first, 1: second}),
-    }
-    for name, value in texts.items():
-        yield f"intervals {name}", str(value), "outcome"
     weights, values = np.linspace(0.1, 0.3, 13), np.cos(x)
     top, places = hertz.largest(lambda x: 1 - (x**2 - 1) ** 2, x)
     low, place = intervals.lowest(lambda x: (x - 0.3) ** 2, x)
@@ -302,19 +274,14 @@ def of_edges():
 
 
 def of_others():
-    """Closed forms, solids of blocks, and a rotation of blocks whose slope jumps."""
-    x, law = np.linspace(-0.3, 0.3, 7), mb.Microblock(psi0=lambda x: 0.01 * np.abs(x - 0.1))
-    punches = {load: closed_forms.tilted_punch(x, load, 0.34, -0.01, 100.0) for load in (0.1, 5.0)}
+    """Solids of blocks, and a rotation of blocks whose slope jumps."""
+    law = mb.Microblock(psi0=lambda x: 0.01 * np.abs(x - 0.1))
     blocks = {couples: mb.Cosserat.of_blocks(0.1, 1000.0, couples=couples) for couples in (False, True)}
-    layer = ThinLayer(normal=100.0, rotational=0.5, ell=0.1)
     problem = Problem(solid_of(), law, mb.Wedge(slope=0.02))
     problem = Problem(
         solid_of(), law, mb.Wedge(slope=0.02), candidates=contact_candidates.find_candidates(problem, 1.0)
     )
     return {
-        **{f"tilted punch at load {load:g}": digest(pressure) for load, (pressure, _) in punches.items()},
-        **{f"tilted punch {load:g}": digest(contact) for load, (_, contact) in punches.items()},
-        "thin layer approach": layer.approach(0.7, np.array([x**2, (x - 0.05) ** 2]), np.full(7, 0.1)),
         **{
             f"of blocks couples={couples}": digest(
                 [solid.E, solid.nu, solid.beta, solid.curvature, solid.eta]
@@ -356,20 +323,3 @@ def of_ways():
             yield f"{name} method", state.method, "outcome"
             yield f"{name} warnings", len(state.warnings), "outcome"
             yield f"{name} force", state.weights @ state.pressure, "discrete"
-
-
-def refusals():
-    """{what is asked for: a call that must fail}."""
-    solid, half = solid_of(), mb.HalfPlane(solid_of())
-    deformable = mb.Deformable(half, mb.Cylinder(R=10.0))
-    return {
-        "second body of no body": lambda: mb.Deformable(solid, mb.Cylinder(R=10.0)),
-        "second body on a second body": lambda: mb.Deformable(half, deformable),
-        "second body of another period": lambda: mb.Contact(
-            mb.HalfPlane(solid, 1.0), deformable, mb.Microblock()
-        ).solve(1.0),
-        "fields at points above the surface": lambda: library.solve(given.PANELS[1]).fields([0.0], [0.1]),
-        "noise": lambda: mb.Contact(
-            half, lambda x: x**2 + np.random.default_rng(0).random(np.shape(x)), mb.Microblock()
-        ).solve(1.0),
-    }

@@ -519,6 +519,8 @@ def texts_of_intervals():
         "contains": intervals.contains(shifted_pairs, x).tolist(),
         "interrupted": intervals.in_interruption(x, flags, np.linspace(-1.1, 1.1, 12)).tolist(),
         "runs": np.array(intervals.runs(flags)).tolist(),
+        "contact zones": intervals.contact_zones({0: pairs, 1: shifted_pairs}, "AB"),
+        "edges": intervals.zone_edges({0: pairs, 1: shifted_pairs}),
         "distance": intervals.distance_to_ends(x, (-0.5, 1.0), (0.1, -0.1)).round(12).tolist(),
         "moved": [intervals.moved_on({0: pairs}, {0: near}, share) for share in (0.5, 2.0, 2.1, -2.1)],
         "moved of others": intervals.moved_on({0: pairs}, {0: shifted_pairs[:2]}, 0.5),

@@ -14,14 +14,11 @@ import microblock as mb
 from microblock.contact_solvers.corner_forces import least_norm_where_closed
 from microblock.contact_solvers.fft_compliance import Grid
 from microblock.fem import meshes, meshes3d
-from microblock.fem.body_spaces import FIELDS3D as FIELDS
-from microblock.fem.condensation import condensed
 from microblock.fem.contact_nodes import ContactNodes
 from microblock.fem.loads import Loads
 from microblock.halfplane.kernels import at_rest, normal_symbol
 from microblock.halfspace import kernels, second_half_space, symbol
 from microblock.model.corner_geometry import Blocks
-from microblock.model.obstacles import Rough
 
 from . import problems_space as given
 from .library import copies, material, with_contact
@@ -374,129 +371,6 @@ def of_surfaces():
             for name, table in gaps.items()
             for c, i in np.ndindex(table.shape)
         },
-    }
-
-
-def refusals_of_bodies():
-    """{what is asked for: a call that must fail}, of bodies."""
-    solid, mesh = mb.Cosserat(**given.SOLID), mesh_of("coarse")
-    sphere = mb.Sphere(10.0)
-    law = mb.Unilateral()
-    x = np.linspace(0, 1, 3)
-
-    def body(**options):
-        return mb.Body(mesh, solid, **{"fixed": "bottom", **options})
-
-    def contact(height=sphere, own=law, method=None, **options):
-        return mb.Contact(body(**options), height, own, method)
-
-    everywhere = {name: "bottom|left" for name in FIELDS}
-    plane = with_contact(MakeStructured3DMesh(hexes=False, nx=1))
-    return {
-        "3d no solid": lambda: mb.Body(mesh, None),
-        "3d order=0": lambda: body(order=0),
-        "3d fixed nowhere": lambda: body(fixed="ground"),
-        "3d fixed in no field": lambda: body(fixed={"psi": "bottom"}),
-        "3d no such contact": lambda: body(contact="roof"),
-        "3d contact that stands": lambda: condensed(body(contact="left")),
-        "3d contact that faces down": lambda: condensed(body(contact="bottom", fixed="contact")),
-        "3d contact that is held": lambda: condensed(body(fixed="contact")),
-        "3d triangles of order 3": lambda: condensed(mb.Body(plane, solid, 3, fixed="bottom")),
-        "3d cylinder": lambda: contact(mb.Cylinder(R=10.0)),
-        "3d panels": lambda: contact(method=mb.Panels()),
-        "3d psi0 of x1": lambda: contact(own=mb.Microblock(np.cos)),
-        "3d psi0 that is nan": lambda: contact(own=mb.Microblock((lambda x, y: x * np.nan, 0.0))).solve(1.0),
-        "3d rtol": lambda: contact().solve(load=1.0, rtol=0.1),
-        "3d rtol of Newton": lambda: contact(method=mb.Newton()).solve(load=1.0, rtol=0.1),
-        "3d load=-1": lambda: contact().solve(load=-1.0),
-        "3d approach above": lambda: contact().solve(approach=-0.1),
-        "3d approach above, Newton": lambda: contact(method=mb.Newton()).solve(approach=-0.1),
-        "3d obstacle nowhere": lambda: contact(lambda x1, x2: x1 + np.inf).solve(load=1.0),
-        "3d obstacle at a held rim": lambda: contact(lambda x1, x2: x1, fixed=everywhere).solve(load=1.0),
-        "3d free": lambda: contact(fixed=()).solve(load=1.0),
-        "3d free under loads": lambda: body(fixed={"u3": "bottom"}).solve(
-            Loads(traction={"contact": (1, 0, 0)})
-        ),
-        "3d path of a penalty": lambda: contact(method=mb.Newton("penalty", rho=1e4)).path(load=1.0),
-        "3d history": lambda: contact(own=mb.Unilateral(friction=0.3)).history([(1.0, 0.1)]),
-        "3d second body": lambda: contact(mb.Deformable(mb.HalfSpace(solid), sphere)),
-        "3d reaction nowhere": lambda: body().solve().reaction("left"),
-        "3d loads of nothing": lambda: body().solve(3.0),
-        "3d load that is inf": lambda: Loads(force=(0, 0, np.inf)),
-        "3d block that descends": lambda: meshes3d.block([0, 1], [1, 0], [0, 1]),
-        "3d block without contact": lambda: meshes3d.block(x, x, x - 1, reach=0.1),
-        "3d graded within reach": lambda: meshes3d.graded(1.0, 0.1, 0.5),
-        "3d graded that shrinks": lambda: meshes3d.graded(1.0, 0.1, 2.0, growth=0.9),
-        "3d plane of symmetry x3": lambda: meshes3d.supports("bottom", x3="left"),
-        "3d unstable": lambda: mb.Body(
-            mesh, mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1, alpha_prime=9.0, beta_prime=-6.0)
-        ),
-        "3d small rho": lambda: contact(method=mb.Newton(rho=1e-6)).solve(load=1.0),
-    }
-
-
-def refusals_of_spaces():
-    """{what is asked for: a call that must fail}, of half-spaces."""
-    solid = mb.Cosserat(**given.SOLID)
-    sphere = mb.Sphere(10.0)
-    law = mb.Unilateral()
-    classical = mb.Cosserat(**given.CLASSICAL)
-
-    def contact(height=sphere, own=law, period=None, body=solid, **cells):
-        return mb.Contact(mb.HalfSpace(body, period), height, own, mb.Cells(**{"nodes": 32, **cells}))
-
-    def second(body=solid, shape=sphere, period=None, **cells):
-        return contact(mb.Deformable(mb.HalfSpace(body, period), shape), **cells)
-
-    state = contact().solve(load=1.0)
-    return {
-        "half-space of no solid": lambda: mb.HalfSpace(None),
-        "half-space period=-1": lambda: mb.HalfSpace(solid, -1.0),
-        "half-space unstable": lambda: mb.HalfSpace(
-            mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1, alpha_prime=9.0, beta_prime=-6.0)
-        ),
-        "half-space classical": lambda: contact(body=classical),
-        "half-space with a cylinder": lambda: contact(mb.Cylinder(R=10.0)),
-        "half-space with nan": lambda: contact(lambda x1, x2: x1 + np.nan),
-        "half-space psi0 of x1": lambda: contact(own=mb.Microblock(np.cos)),
-        "half-space psi0=2": lambda: contact(own=mb.Microblock((lambda x1, x2: 2 + 0 * x1, 0.0))).solve(1.0),
-        "half-space panels": lambda: mb.Contact(mb.HalfSpace(solid), sphere, law, mb.Panels()),
-        "half-space window on a period": lambda: contact(period=1.0, window=(0, 1)),
-        "half-space of many nodes": lambda: contact(nodes=4096),
-        "half-space that does not repeat": lambda: contact(lambda x1, x2: x1 + 0 * x2, period=1.0),
-        "half-space psi0 that does not repeat": lambda: contact(
-            given.waves, mb.Microblock((lambda x1, x2: 0.1 * x1, 0.0)), period=1.0
-        ),
-        "half-space rough on no period": lambda: contact(mb.RoughSurface(1.0, 0.1)),
-        "half-space rough on another period": lambda: contact(mb.RoughSurface(1.0, 0.1), period=0.7),
-        "half-space rough of a line": lambda: contact(Rough(1.0, 0.1), period=1.0),
-        "half-space nodes and rtol": lambda: contact().solve(load=1.0, rtol=0.1),
-        "half-space history": lambda: contact(own=mb.Unilateral(friction=0.3)).history([(1.0, 0.1)]),
-        "half-space load=0": lambda: contact().solve(load=0.0),
-        "half-space approach above": lambda: contact().solve(approach=-0.1),
-        "half-space ridge": lambda: contact(lambda x1, x2: x1**2 / 20).solve(load=1.0),
-        "half-space that falls": lambda: contact(lambda x1, x2: -(x1**2 + x2**2) / 20).solve(load=1.0),
-        "half-space plane": lambda: contact(lambda x1, x2: 0 * x1).solve(load=1.0),
-        "half-space rtol=1e-7": lambda: contact(nodes=None).solve(load=1e-3, rtol=1e-7),
-        "half-space second of a line": lambda: contact(
-            mb.Deformable(mb.HalfPlane(solid), mb.Cylinder(R=10.0))
-        ),
-        "half-space second of another period": lambda: second(period=1.0, shape=given.waves),
-        "half-space second without the period": lambda: contact(
-            mb.Deformable(mb.HalfSpace(solid), given.waves), period=1.0
-        ),
-        "half-space second far beside": lambda: second(
-            body=solid, own=mb.Microblock(), window=(-0.01, 0.01)
-        ).solve(load=1e-4),
-        "half-space pressure at no points": lambda: state.pressure_at([1.0, 2.0]),
-        "half-space pressure of no corner": lambda: state.pressure_at([(0.0, 0.0)], "A"),
-        "half-space along nothing": lambda: state.along("x2"),
-        "half-space blocks of no law": lambda: state.plot_blocks(),
-        "half-space ellipsoid": lambda: mb.Ellipsoid(1.0, -1.0),
-        "half-space cone": lambda: mb.Cone(0.0),
-        "half-space oval punch": lambda: mb.FlatPunch(1.0, face="oval"),
-        "half-space rough hurst=2": lambda: mb.RoughSurface(1.0, 0.1, hurst=2.0),
-        "half-space symbol at k=0": lambda: symbol.surface_symbol(solid, np.array([0.0])),
     }
 
 

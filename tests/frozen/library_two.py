@@ -7,8 +7,7 @@ from ngsolve.meshes import MakeStructured2DMesh
 
 import microblock as mb
 
-from . import library, problems
-from . import problems_two as given
+from . import library
 from .library_mesh import short
 
 estimated = library.estimated
@@ -58,45 +57,3 @@ def measured(state, problem):
 def path_of(problem):
     path = contact_of(problem).path(problem["load"], **library._given(problem, "rtol"))
     return path.events, path.at
-
-
-def refusals():
-    """{what is asked for: a call that must fail}."""
-    solid = mb.Cosserat(**problems.SOLID)
-    cylinder = mb.Cylinder(R=10.0)
-    law = mb.Microblock()
-    plane = mb.HalfPlane(solid)
-    roller = mb.Deformable(mb.HalfPlane(solid), cylinder)
-    block = library.body_of({"solid": problems.SOLID, "mesh": "block", "order": 1})
-    above = mb.Body(upper(), solid, 1, fixed="top")
-    small = mb.Body(upper(1.0, 4), solid, 1, fixed="top")
-
-    def pressed(body, obstacle, method=None, **asked):
-        return lambda: mb.Contact(body, obstacle, law, method).solve(**asked or {"load": 1.0})
-
-    return {
-        "second body of a solid": lambda: mb.Deformable(solid, cylinder),
-        "second body on a second body": lambda: mb.Deformable(plane, roller),
-        "second body without a shape": lambda: mb.Deformable(plane, 1.0),
-        "second half-plane on a body": pressed(block, roller),
-        "second half-plane on a block": pressed(mb.Block(solid, 10.0), roller),
-        "second half-plane, Newton": pressed(block, mb.Deformable(above, cylinder), mb.Newton()),
-        "second half-plane, uniform": pressed(mb.Block(solid, 4.0), roller, mb.Uniform(h=0.1)),
-        "second block": pressed(plane, mb.Deformable(mb.Block(solid, 10.0), cylinder)),
-        "second body on a half-plane": pressed(plane, mb.Deformable(above, cylinder)),
-        "second half-space": pressed(plane, mb.Deformable(mb.HalfSpace(solid), mb.Sphere(1.0))),
-        "second body of another period": pressed(
-            plane, mb.Deformable(mb.HalfPlane(solid, 1.0), mb.Wave(0.1, 1.0))
-        ),
-        "second body without the period": pressed(
-            mb.HalfPlane(solid, 1.0), mb.Deformable(plane, mb.Wave(0.1, 1.0))
-        ),
-        "second body below": pressed(block, mb.Deformable(block, cylinder)),
-        "second body too narrow": pressed(block, mb.Deformable(small, mb.Cylinder(R=500.0)), load=30.0),
-        "second body and rtol": pressed(block, mb.Deformable(above, cylinder), load=1.0, rtol=0.1),
-        "second punch that opens again": pressed(
-            mb.HalfPlane(mb.Cosserat(**{**problems.SOLID, "ell": 0.4})),
-            mb.Deformable(mb.HalfPlane(mb.Cosserat(**given.SOFTER)), mb.Punch(half_width=0.5)),
-            mb.Panels(),
-        ),
-    }

@@ -31,12 +31,6 @@ def rows_of(kind, *parts):
         yield from (of_kind(name, value, kind) for name, value in part().items())
 
 
-def rows_refused(refusals):
-    """The error's class and the argument that it names, of calls that must fail."""
-    for name, call in refusals().items():
-        yield f"refused {name}", library.refused(call), "outcome"
-
-
 def rows_of_states(problems, library=library):
     """Rows of the states of problems: estimated where an accuracy was asked for, discrete elsewhere."""
     for problem in problems:

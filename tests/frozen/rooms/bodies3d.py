@@ -1,7 +1,7 @@
-"""Bodies in three dimensions: states by each method, loads without contact, nodes, what is refused."""
+"""Bodies in three dimensions: states by each method, loads without contact, nodes."""
 
 from .. import library_reports, library_space, of_kind, problems_space
-from ..states import rows_of, rows_refused
+from ..states import rows_of
 
 SOLVED = 2e-8  # twenty times the residual of solvers of bodies: without it rows move by up to 6e-9
 NOTHING = 1e-9  # what balances or vanishes by symmetry, but for that residual
@@ -18,5 +18,4 @@ def rows(choice):
         exact = kind != "discrete"
         yield (name, value, kind) if exact else (name, value * (abs(value) >= NOTHING), kind, SOLVED)
     yield from rows_of("discrete", library_space.of_bodies)
-    yield from rows_refused(library_space.refusals_of_bodies)
     yield from library_reports.reports("bodies3d", choice)

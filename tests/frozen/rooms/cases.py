@@ -1,4 +1,4 @@
-"""Commands whose names, options and keys are promised, and a sweep: exit status and numbers of their JSON."""
+"""Commands whose names, options and keys are promised: exit status and numbers of their JSON."""
 
 import json
 
@@ -21,8 +21,6 @@ def rows(choice):
                 yield of_kind(f"cases {words}: {name}", value, kind, tolerance)
     for words in problems.REFUSED_COMMANDS:
         yield f"cases {words}: exit status", library.answered(words)[0], "outcome"
-    for name, value in library.of_studies().items():
-        yield name, value, "estimated", 1e-3
 
 
 def traits_of(words):

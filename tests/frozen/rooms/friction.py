@@ -1,8 +1,7 @@
-"""Histories with friction by every method: states, zones, events, energies; what is refused."""
+"""Histories with friction by every method: states, zones, events, energies."""
 
 from .. import library_friction, library_reports, of_kind
 from .. import problems_friction as problems
-from ..states import rows_refused
 
 LEAST, MOST = 1e-9, 1e-3  # tolerances of edges
 SOLVED = 1e-4  # of what increments on half-spaces add up to, each to 1e-7 of its displacement
@@ -12,9 +11,6 @@ def rows(choice):
     for problem in choice.of(problems.HISTORIES):
         yield from rows_of_history(problem)
     yield from rows_of_estimates(problems.MEASURED)
-    yield from rows_refused(library_friction.refusals)
-    if choice.named({"refused friction of no unique answer": set()}):
-        yield from rows_refused(library_friction.refused_at_length)
     yield from library_reports.histories(choice)
     for name in choice.named({name: set() for name in problems.IN_SPACE}):
         yield from rows_in_space(name)

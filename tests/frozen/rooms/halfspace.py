@@ -1,7 +1,7 @@
-"""Half-spaces: states alone and on a period, of one body and of two, symbols, kernels, what is refused."""
+"""Half-spaces: states alone and on a period, of one body and of two, symbols, kernels."""
 
 from .. import library_reports, library_space, of_kind, problems_space
-from ..states import rows_of, rows_refused
+from ..states import rows_of
 
 AGREED = 1e-3  # approach and energy are second order in errors of a state, of which the estimates are 0.05
 
@@ -19,6 +19,5 @@ def rows(choice):
     names = "kernels", "second_bodies", "products", "surfaces", "least_norm"
     yield from rows_of("definition", *(getattr(library_space, f"of_{name}") for name in names))
     yield from rows_of("discrete", lambda: library_space.that_travel("cells"), library_space.warned)
-    yield from rows_refused(library_space.refusals_of_spaces)
     yield from library_reports.reports("halfspace", choice)
     yield from library_reports.candidates_in_space(choice)

@@ -1,4 +1,4 @@
-"""Materials, obstacles, laws, kernels and closed forms at points."""
+"""Materials, obstacles, laws and kernels at points."""
 
 from .. import library
 from ..states import rows_of
@@ -6,10 +6,5 @@ from ..states import rows_of
 
 def rows(_):
     yield from rows_of(
-        "definition",
-        library.of_materials,
-        library.of_obstacles,
-        library.of_laws,
-        library.of_kernels,
-        library.of_closed_forms,
+        "definition", library.of_materials, library.of_obstacles, library.of_laws, library.of_kernels
     )

@@ -2,7 +2,7 @@
 
 from .. import library, library_friction, library_plane, library_reports, of_kind
 from .. import problems_friction as problems
-from ..states import rows_of, rows_refused
+from ..states import rows_of
 
 # sums of hundreds of differences of tabulated kernels, whose own rounding is 1e-13
 ROUNDING_OF_SUMS = 1e-11
@@ -19,7 +19,6 @@ def rows(choice):
     names = "of_pictures", "of_intervals", "of_edges", "of_ways"
     yield from (row for name in names for row in getattr(library_plane, name)())
     yield from states(choice)
-    yield from rows_refused(library_plane.refusals)
     yield from library_reports.parts()
     yield from library_reports.candidates_in_the_plane()
 
