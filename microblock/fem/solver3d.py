@@ -27,6 +27,7 @@ from .facets import gaps_at_nodes
 from .forecast import OnGivenMesh
 from .friction import require_given
 from .friction3d import SurfaceFriction
+from .mesh_cuts import grid_lines
 from .mesh_solution import OnMesh
 from .mesh_surface import MeshSurface
 from .path3d import Path3D
@@ -90,8 +91,8 @@ class Solver3D(OnGivenMesh):
     in_space = "nodes"
     counter_bodies: tuple[type, ...] = (Body,)
     no_rtol = (
-        "needs a mesh of tetrahedra, which NGSolve cuts where the error is; other elements it would cut "
-        "everywhere, so that their mesh is taken as it is, with its error estimate"
+        "needs a mesh of tetrahedra, or of hexahedra that are the boxes of a grid, which are cut where the "
+        "error is; other meshes are taken as they are, with their error estimate"
     )
 
     def set_up(self) -> None:
@@ -116,13 +117,15 @@ class Solver3D(OnGivenMesh):
 
     @property
     def refines(self) -> bool:
-        simplices = all(element.type == ng.ET.TET for element in self.body.mesh.Elements())
-        return simplices and self.counter is None
+        mesh = self.body.mesh
+        simplices = all(element.type == ng.ET.TET for element in mesh.Elements())
+        return (simplices or grid_lines(mesh) is not None) and self.counter is None
 
     def refined_cost(self, rtol: float) -> cost.Cost:
-        # of a sphere on tetrahedra: the error falls like the length of facets along the edge of the contact
+        # of a sphere: the error falls like the length of facets along the edge of the contact
         body = self.body
-        needed = body.unknowns + 400 * len(body.names) * (3 - body.order) / rtol
+        of_field = 1300 * body.order if grid_lines(body.mesh) else 400 * (3 - body.order)
+        needed = body.unknowns + of_field * len(body.names) / rtol
         return cost.predict(self.rate, needed, times=2)
 
     @property

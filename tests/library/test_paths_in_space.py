@@ -222,8 +222,6 @@ def test_paths_take_an_rtol_where_meshes_are_refined():
     assert refined.at(0.1 * CLOSED).error_estimate <= 0.5
     assert [event.kind for event in refined.events] == ["born", "born"]
     hexahedral = mb.Contact(column(hexahedra(2), 1), crossed, mb.Unilateral())
-    with pytest.raises(mb.BadArgument, match="needs a mesh of tetrahedra"):
-        hexahedral.path(load=0.1, rtol=0.5)
     with pytest.raises(mb.BadArgument, match="does not follow events"):
         hexahedral.with_(method=mb.Newton("penalty", rho=1e4)).path(load=0.1)
 

@@ -6,9 +6,10 @@ import netgen.occ as occ
 import ngsolve as ng
 import numpy as np
 import pytest
+from ngsolve.meshes import MakeStructured3DMesh
 
 import microblock as mb
-from microblock.fem import meshes3d, recovery
+from microblock.fem import mesh_cuts, meshes3d, recovery
 from microblock.fem.space_boundary import SpaceBoundary
 from tests.library.test_tetrahedra import quarter
 
@@ -215,10 +216,39 @@ def test_a_tolerance_out_of_reach_names_one_that_is_delivered(monkeypatch):
 
 
 def test_a_mesh_that_is_taken_as_it_is_says_why():
-    problem = mb.Contact(hexahedra(0.8, 1), SPHERE, mb.Unilateral())
-    with pytest.raises(mb.BadArgument, match="rtol = 0.1: needs a mesh of tetrahedra"):
+    mesh = MakeStructured3DMesh(nx=4, ny=4, nz=2, mapping=lambda x, y, z: (x + 0.2 * y - 0.6, y - 0.5, z - 1))
+    skew = mb.Body(mesh, CLASSICAL, 1, fixed="bottom", contact="top")
+    problem = mb.Contact(skew, SPHERE, mb.Unilateral())
+    with pytest.raises(mb.BadArgument, match="rtol = 0.1: needs a mesh of tetrahedra, or of hexahedra"):
         problem.solve(load=0.1, rtol=0.1)
-    assert problem.solve(load=0.1).error_estimate > 0.1
+    assert problem.solve(load=0.01).error_estimate > 0.1
+
+
+def test_a_tolerance_is_delivered_on_a_grid_of_boxes():
+    problem = mb.Contact(hexahedra(0.5, 1), SPHERE, mb.Unilateral())
+    state = problem.solve(load=hertz_load(1.0) / 4, rtol=0.5)
+    assert true_error(state, hertz(1.0)) < state.error_estimate <= 0.5
+    body = state.solution.nodes.body
+    assert body.unknowns > problem.body.unknowns
+    for name in problem.body.mesh.GetBoundaries():  # supports are those of the mesh that was given
+        first, last = (
+            ng.Integrate(ng.specialcf.normal(3), mesh, definedon=mesh.Boundaries(name))
+            for mesh in (problem.body.mesh, body.mesh)
+        )
+        assert np.array(last) == pytest.approx(np.array(first), abs=1e-9)
+
+
+def test_rows_of_boxes_are_halved_where_one_of_them_is_chosen():
+    x = np.array([0.0, 1.0, 3.0])
+    mesh = meshes3d.block(x, x, x)
+    chosen = np.zeros(mesh.ne, bool)
+    chosen[0] = True
+    finer = mesh_cuts.with_rows_halved(mesh, mesh_cuts.grid_lines(mesh), chosen)
+    first = mesh.ngmesh.Elements3D().NumPy()["nodes"][0, :8] - 1
+    low = mesh.ngmesh.Coordinates()[first].min(axis=0)
+    expected = [[0.0, 0.5, 1.0, 3.0] if start == 0 else [0.0, 1.0, 2.0, 3.0] for start in low]
+    assert np.array_equal(mesh_cuts.grid_lines(finer), expected)
+    assert finer.ne == 27 and ng.Integrate(1, finer) == pytest.approx(27)
 
 
 def test_both_methods_refine_alike():
