@@ -83,6 +83,13 @@ def from_neighbour(rtol, read=lambda state: state):
     return lambda: read(contact.solve(load=speed.LOAD, rtol=rtol, initial=initial))
 
 
+def slider():
+    """A picture in the layout of the one before, as of `explore`."""
+    before = CYLINDER.half_plane.solve(load=speed.LOAD, rtol=1e-3).plot()
+    before.png()
+    return from_neighbour(1e-3, lambda state: state.plot().png(before))
+
+
 def squares(h, method, order=2, solid=BLOCKS, law=mb.Microblock):
     """A body made anew each time, since it keeps its factors."""
     scene = peers.Scene(2, order, h)
@@ -280,7 +287,7 @@ WORKS = {
     "import microblock": Work(
         partial(command, "-c", "import microblock"), 0.1, partial(command, "-c", "pass")
     ),
-    "slider to picture": Work(partial(from_neighbour, 1e-3, lambda state: state.plot()._repr_png_()), 0.05),
+    "slider to picture": Work(slider, 0.05),
 }
 
 

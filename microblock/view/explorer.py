@@ -77,9 +77,10 @@ def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
     below = widgets.Image(format="png", layout={"max_width": "100%"})
     table = widgets.HTML()
     failed = widgets.HTML()
+    before: Any = None  # the drawing before, whose layout serves the next
 
     def show(change: Any = None) -> None:
-        nonlocal state
+        nonlocal state, before
         failed.value = ""
         try:
             if change and change["owner"] is not field:
@@ -87,7 +88,9 @@ def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
                 changed = varied(problem, **values)
                 state = changed.solve(load=values["load"], rtol=rtol, initial=state)
             table.value = f"<pre>{escape(repr(state))}</pre>"
-            picture.value = state.plot()._repr_png_()
+            drawing: Any = state.plot()
+            picture.value = drawing.png(before)
+            before = drawing
             below.value = b""  # which a state without fields leaves
             if field.value != "none":
                 below.value = state.plot_below(field.value)._repr_png_()

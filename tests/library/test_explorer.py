@@ -21,7 +21,7 @@ class Sliders:
         (self.picture, self.below) = right.children
 
 
-def curves(drawing):
+def curves(drawing, before=None):
     """The numbers of all lines of a figure, as bytes."""
     return b"".join(line.get_xydata().tobytes() for axis in drawing.axes for line in axis.lines)
 
@@ -29,7 +29,7 @@ def curves(drawing):
 @pytest.fixture
 def as_curves(monkeypatch):
     """Pictures are the numbers of their lines: layout and image take a second each."""
-    monkeypatch.setattr(plots.Drawing, "_repr_png_", curves)
+    monkeypatch.setattr(plots.Drawing, "png", curves)
 
 
 def on_mesh(block):
@@ -65,7 +65,7 @@ KINDS = {  # problem of a mesh, load, rtol, sliders
 @pytest.mark.parametrize("kind", KINDS)
 def test_each_slider_shows_the_state_of_the_problem_asked_afresh(kind, block, monkeypatch):
     if kind not in ("panels", "half-space"):  # of the others the curves: layout and image take a second each
-        monkeypatch.setattr(plots.Drawing, "_repr_png_", curves)
+        monkeypatch.setattr(plots.Drawing, "png", curves)
     make, load, rtol, names = KINDS[kind]
     problem, sliders = make(block), Sliders(make(block), load, rtol)
     assert [*sliders.controls] == names.split()
@@ -97,6 +97,38 @@ def test_the_law_and_the_field_below_are_chosen_from_lists():
     sliders.controls["law"].value = mb.Unilateral()
     plain = mb.Contact(PLANE, CYLINDER, mb.Unilateral()).solve(load=1.0)
     assert repr(plain).partition(", error")[0][1:] in sliders.table.value
+
+
+def drawn(highest, title="a state", bar=False):
+    """A drawing of a line up to a height, whose numbers take room, with a title."""
+    drawing, axis = plots.figure(height=1.0, width=1.5)
+    points = axis.scatter([0, 1], [0, highest], c=[0, 1])
+    if bar:
+        drawing.colorbar(points, ax=axis)
+    drawing.suptitle(title)
+    return drawing
+
+
+def place(drawing):
+    return drawing.axes[0].get_position().bounds
+
+
+def test_panels_stay_where_there_is_room_for_the_next_numbers():
+    wide, narrow, alone = drawn(0.001), drawn(5), drawn(5)
+    first = wide.png()
+    narrow.png(wide)
+    alone.png()
+    assert place(narrow) == place(wide) != place(alone)
+    again = drawn(0.001)
+    assert again.png(narrow) == first and place(again) == place(wide)
+
+
+@pytest.mark.parametrize("other", [{"highest": 1e-3}, {"title": "two\nlines"}, {"bar": True}], ids=str)
+def test_panels_move_where_there_is_no_room(other):
+    before = drawn(highest=5, bar="bar" in other)
+    before.png()
+    asked = {"highest": 5} | other
+    assert drawn(**asked).png(before) == drawn(**asked).png()
 
 
 def test_an_rtol_holds_for_each_state(as_curves):
