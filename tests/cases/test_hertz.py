@@ -82,7 +82,7 @@ def test_error_of_the_nominal_hardness_is_of_two_meshes():
     "orders, squares, most",
     # the orders and squares of the command, whose error is 10 times smaller, take three times as long
     [
-        ((5, 6), (0.2, 0.05), 3e-4),
+        ((5, 6), (0.2, 0.1), 3e-4),
         pytest.param((8, 10), (0.2, 0.1, 0.05, 0.025), 2e-5, marks=pytest.mark.nightly),
     ],
 )

@@ -15,12 +15,10 @@ RESIDUAL = 1e-12  # of cells: the digits of a row are not the solver's
 
 
 @cache
-def upper(width=2.6, columns=17):
-    """A mesh above x2 = 0, wider than that of the first body, whose nodes are others, or narrower."""
-    rows = 6 if columns == 17 else 2
-    height = 0.8 if columns == 17 else 1.0
-    mapped = lambda x, y: (width * x - width / 2, height * y)  # noqa: E731
-    return library.with_contact(MakeStructured2DMesh(nx=columns, ny=rows, mapping=mapped), "bottom")
+def upper():
+    """A mesh above x2 = 0, wider than that of the first body, whose nodes are others."""
+    mapped = lambda x, y: (2.6 * x - 1.3, 0.8 * y)  # noqa: E731
+    return library.with_contact(MakeStructured2DMesh(nx=17, ny=6, mapping=mapped), "bottom")
 
 
 def second_of(problem):

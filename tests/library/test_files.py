@@ -111,7 +111,12 @@ def arrays(state, kind):
     return columns
 
 
-@pytest.mark.parametrize("kind", KINDS)
+ALIKE = [f"half-space{period} {law}" for period in ("", " of a period") for law in LAWS[1:]]
+
+
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=[pytest.mark.nightly] * (kind in ALIKE)) for kind in KINDS]
+)
 def test_every_kind_of_state_comes_back_whole(kind, tmp_path):
     """All arrays and numbers that a state has, to the last digit, from the table, the surface and JSON."""
     result = made(kind)

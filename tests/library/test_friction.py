@@ -25,6 +25,7 @@ from microblock.halfplane.friction_solver import _with_errors as with_errors
 from microblock.halfplane.shear_cells import frictional_contact
 from microblock.model.problem import Problem
 from tests.bodies import on_ground
+from tests.parts import CYLINDER, NEWTON
 
 F = 0.3
 P = np.pi / 4  # E* = 1 and R = 1: the classical contact is |x1| < 1
@@ -438,7 +439,6 @@ def test_shear_tractions_at_places_are_those_of_the_points(problem, rtol):
 
 C = 0.8  # of the shear force of a node, by which its gap falls: its displacement is C times its pressure
 
-NEWTON = mb.Newton()
 RTOL = {NEWTON: None, None: 0.3}
 
 
@@ -510,7 +510,6 @@ def test_a_mesh_on_which_no_way_goes_on_says_so(monkeypatch):
 
 
 SOLID = mb.Cosserat(E=100, nu=0.2, ell=0.1, beta=1)
-CYLINDER = mb.Cylinder(R=10.0)
 LOAD_PAIRS = [(1.0, 0.0), (1.0, 0.2), (1.0, 0.29), (1.0, -0.15), (0.6, 0.1)]
 
 

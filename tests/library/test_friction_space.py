@@ -305,36 +305,6 @@ def test_a_diagonal_shear_is_as_stiff():
     assert diagonal.tangential_approach == pytest.approx(size / 2**0.5 * np.ones(2), rel=1e-3)
 
 
-def test_all_slides_at_the_limit_and_work_is_lost():
-    """q = f p along Q. Work of the loads over pairs before, by their means: energy and dissipation."""
-    pairs = [(1, 0, 0), *((1, share * F, 0) for share in np.linspace(0, 1, 6)[1:])]
-    states = sheared(POINTS, *pairs)
-    last = states[-1]
-    assert not last.stick.any()
-    assert last.shear_traction[:, 0] == pytest.approx(F * last.pressure, abs=1e-9)
-    assert np.abs(last.shear_traction[:, 1]).max() < 1e-9
-    slid = (last.slip - states[-2].slip)[last.closed > 0, 0]
-    assert slid.max() > 0.05 and slid.min() > -1e-9  # forwards, and the least that no cell contradicts
-    work = sum(
-        (after.shear + before.shear) @ (after.tangential_approach - before.tangential_approach) / 2
-        + (after.load + before.load) * (after.approach - before.approach) / 2
-        for before, after in zip(states[:-2], states[1:-1])
-    )
-    assert work == pytest.approx(states[-2].work - states[0].work, rel=0.02)
-    assert last.work == pytest.approx(last.energy + last.dissipation)
-    lost = [state.dissipation for state in states]
-    assert sorted(lost) == lost and lost[-1] > lost[0]
-
-
-def test_little_friction_changes_no_pressure():
-    """f = 1e-8, of the pressure as much: beside the residual 1e-7."""
-    law = mb.Microblock(friction=1e-8)
-    state = problem(law).history([(P, 0, 0)]).states[0]
-    plain = problem(mb.Microblock()).solve(load=P)
-    assert state.pressure == pytest.approx(plain.pressure, abs=1e-5 * plain.pressure.max())
-    assert state.psi == pytest.approx(plain.psi, abs=1e-5 * np.abs(plain.psi).max())
-
-
 def test_friction_beyond_what_sticks_changes_nothing():
     """All sticks. A residual over the displacement of sliding left q at 0.8 of its size, without a word; of
     1e-7 of what is there the shortest waves, of 32 cells, make 1e-4.
@@ -421,13 +391,6 @@ def test_a_history_has_no_stiffness():
     free = mb.Contact(mb.HalfSpace(solid_of(0.1)), SPHERE, mb.Unilateral(), mb.Cells(nodes=128)).solve(load=P)
     slope = (closer.load - state.load) / (closer.approach - state.approach)
     assert slope > 1.02 * free.stiffness and state.stiffness is None
-
-
-def test_moments_of_blocks_are_those_of_corners_less_that_of_shear():
-    (state,) = sheared(BLOCKS, (1, 0.2, 0))
-    corners = np.array([(a, b) for a in (-1, 1) for b in (-1, 1)])
-    m = -np.array([*state.pressures.values()]).T @ corners - state.shear_traction
-    assert state.micromoment == pytest.approx(0.15 * np.column_stack((m[:, 1], -m[:, 0])), abs=1e-9)
 
 
 def test_what_is_out_of_scope_is_said():

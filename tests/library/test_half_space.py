@@ -21,12 +21,11 @@ from microblock.halfspace.symbol import rotation_along_wave, shear_across_wave
 from microblock.model.quadrature import gauss_rule
 from tests.frozen.library_space import mesh_of
 from tests.frozen.problems_space import FUNCTIONS
+from tests.parts import SOLID, SPHERE
 from tests.states import on_cells
 
-SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
 OTHER = mb.Cosserat(E=60, nu=0.2, ell=0.2, beta=0.7, alpha_prime=0.3, beta_prime=-0.2)
 CLASSICAL = mb.Cosserat(E=100, nu=0.3, ell=0.2, beta=0)
-SPHERE = mb.Sphere(R=10)
 LAWS = [mb.Unilateral(), mb.Microclamped(), mb.Microblock(), mb.Microblock((0.01, -0.02))]
 MODULI = {
     "usual": {},

@@ -21,14 +21,12 @@ from microblock.halfplane.line_solver import LineSolver
 from microblock.model.contact_candidates import find_candidates
 from microblock.model.piecewise_chebyshev import proxy
 from microblock.model.problem import Problem
+from tests.parts import BLOCKS, CLAMPED, ELASTIC, UNILATERAL
 from tests.states import apart
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
 HERTZ = np.sqrt(4 * 10 / (np.pi * SOLID.E_star))  # a of a cylinder of radius 10 under the load 1
-UNILATERAL = mb.Unilateral()
-BLOCKS = mb.Microblock()
 ROTATED = mb.Microblock(0.01)
-CLAMPED = mb.Microclamped()
 EVERY_LAW = pytest.mark.parametrize("law", [UNILATERAL, BLOCKS, ROTATED, CLAMPED], ids=str)
 
 
@@ -551,8 +549,7 @@ def test_a_merger_is_where_the_merged_zone_begins_to_be_in_tension():
 # --- contact that nobody looked at: grooves and lands, and teeth between the unknowns of every method
 
 
-CLASSICAL = mb.Elastic(E=100, nu=0.3)
-HALF_PLANE = mb.HalfPlane(CLASSICAL)
+HALF_PLANE = mb.HalfPlane(ELASTIC)
 EDGE = 0.2 / (0.5 + np.sqrt(0.25 + 0.02))  # |x| at which the two surfaces below meet, .19615
 
 
@@ -617,7 +614,7 @@ def test_lands_whose_flanks_are_touched():
     obstacle = mb.Obstacle.from_samples([-4, -1, -0.9, 0.9, 1, 4], [0, 0, 0.1, 0.1, 0, 0])
     state = mb.Contact(HALF_PLANE, obstacle, mb.Unilateral()).solve(load=0.3)
     punch = 0.3 / (np.pi * np.sqrt(2 * 15))
-    beyond = (punch / (2 * CLASSICAL.E_star / (2 * np.pi))) ** 2
+    beyond = (punch / (2 * ELASTIC.E_star / (2 * np.pi))) ** 2
     assert 1 - state.zones["contact"][1][0] == pytest.approx(beyond, rel=1e-3)
 
 

@@ -19,10 +19,7 @@ from microblock.model.methods import GivenCompliance
 from microblock.model.obstacles import RigidObstacle, as_obstacle
 from microblock.model.solution import PlaneSolution
 from microblock.model.solver import Solver
-
-SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
-CYLINDER = mb.Cylinder(R=10)
-LINE = mb.Unilateral()
+from tests.parts import CYLINDER, SOLID, UNILATERAL
 
 
 class Springs:
@@ -42,7 +39,7 @@ class Springs:
         return matrix
 
 
-def pressed(body, load=1.0, obstacle=CYLINDER, law=LINE):
+def pressed(body, load=1.0, obstacle=CYLINDER, law=UNILATERAL):
     return mb.Contact(body, obstacle, law).solve(load=load)
 
 
@@ -86,7 +83,7 @@ def test_a_method_of_ones_own_on_a_half_plane_stands_beside_panels_and_cells():
     kind = type("Longer_Than_Others", (), {"solver": type("Formula", (Solver,), {})})
     body = type("Mine", (mb.HalfPlane,), {"methods": (kind, mb.Panels, mb.Cells)})(SOLID)
     for rtol in (None, 1e-4):
-        plan = mb.Contact(body, CYLINDER, LINE).plan(load=1.0, rtol=rtol)
+        plan = mb.Contact(body, CYLINDER, UNILATERAL).plan(load=1.0, rtol=rtol)
         assert [candidate.name for candidate in plan.candidates] == ["longer_than_others", "panels", "cells"]
         assert repr(plan).startswith("longer_than_others no prediction  <- the usual method")
 
@@ -101,7 +98,7 @@ def test_an_rtol_is_refused_where_a_solver_of_ones_own_estimates_no_error():
     method = type("Deaf_Method", (), {"solver": Deaf})
     body = type("Mine", (Springs,), {"methods": (method,)})()
     with pytest.raises(mb.BadArgument, match="^rtol = 0.001: cannot be asked of deaf_method"):
-        mb.Contact(body, CYLINDER, LINE).solve(load=1.0, rtol=1e-3)
+        mb.Contact(body, CYLINDER, UNILATERAL).solve(load=1.0, rtol=1e-3)
 
 
 def test_what_a_solution_lacks_is_named():
@@ -421,7 +418,7 @@ class WithoutAxis:
 def test_an_obstacle_that_says_that_it_is_even_is_looked_at_on_its_axis():
     """No cell of 64 lies there."""
     with pytest.raises(mb.BadArgument, match="nan at x = 0"):
-        mb.Contact(mb.HalfPlane(SOLID), WithoutAxis(), LINE, mb.Cells(64, window=(-1, 1)))
+        mb.Contact(mb.HalfPlane(SOLID), WithoutAxis(), UNILATERAL, mb.Cells(64, window=(-1, 1)))
 
 
 def test_a_law_that_says_that_it_is_uniform_is_looked_at():
@@ -499,9 +496,9 @@ SAID = {  # once a ValueError, TypeError or AttributeError of some line far insi
 def test_what_parts_say_of_themselves_is_looked_at(name):
     make, argument = SAID[name]
     part = make()
-    uses = [lambda: mb.Contact(part, CYLINDER, LINE)]
+    uses = [lambda: mb.Contact(part, CYLINDER, UNILATERAL)]
     if not isinstance(part, Springs):
-        uses = [lambda: mb.Contact(HALF, part, LINE), lambda: mb.Deformable(HALF, part)]
+        uses = [lambda: mb.Contact(HALF, part, UNILATERAL), lambda: mb.Deformable(HALF, part)]
     for use in uses:
         with pytest.raises(mb.BadArgument, match=f"^{argument} = ") as refused:
             use()
@@ -525,7 +522,7 @@ class Shelf:
 def test_an_obstacle_is_asked_each_time(method):
     """It had the ends of the time when the problem was made, and the height of the time of the solve."""
     shelf = Shelf()
-    problem = mb.Contact(HALF, shelf, LINE, method)
+    problem = mb.Contact(HALF, shelf, UNILATERAL, method)
     shelf.half_width = 0.5
     assert problem.solve(load=1.0).half_width == pytest.approx(0.5, rel=1e-5)  # cells fit edges to 1e-6
     roller = mb.Deformable(HALF, shelf)

@@ -240,9 +240,9 @@ def test_newtons_method_has_the_events_of_condensed_bodies():
         assert event.load_error == pytest.approx(other.load_error, rel=1e-6)
 
 
-@pytest.mark.parametrize("mesh, order, alone", [(hexahedra(2), 2, 1), (tetrahedra(0.25), 2, 0)])
-def test_nodes_are_connected_along_facets(mesh, order, alone):
-    nodes = ContactNodes(column(mesh, order))
+@pytest.mark.parametrize("mesh, size, order, alone", [(hexahedra, 2, 2, 1), (tetrahedra, 0.25, 2, 0)])
+def test_nodes_are_connected_along_facets(mesh, size, order, alone):
+    nodes = ContactNodes(column(mesh(size), order))
     everywhere = np.ones(len(nodes.points), bool)
     assert np.all(nodes.connected(everywhere) == 1) and np.all(nodes.filling(everywhere))
     x1, x2 = nodes.points[:, 0], nodes.points[:, 1]

@@ -16,6 +16,7 @@ from microblock.halfplane.panel_solver import PanelSolver
 from microblock.halfspace.surface_solver import SurfaceSolver
 from microblock.model import refinement
 from microblock.model.plan import Candidate, first_answer
+from tests.parts import BLOCKS, CYLINDER, UNILATERAL
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
 LINE = mb.HalfPlane(SOLID)
@@ -24,7 +25,6 @@ BLOCK = mb.Block(SOLID)
 MESH = mb.Body(
     meshes.uniform(meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 0.2), SOLID, 2, fixed="bottom"
 )
-ROUND = mb.Cylinder(R=10)
 SAMPLED = mb.Obstacle.from_samples(np.linspace(-1, 1, 17), np.linspace(-1, 1, 17) ** 2 / 20)
 X = np.linspace(-1, 1, 29)
 FEW = mb.Obstacle.from_samples(X, X**2 / 20 + 1e-3 * np.cos(7 * np.arange(29)))
@@ -43,7 +43,7 @@ def ripples(x):
 @pytest.mark.parametrize(
     "body, obstacle, asked, method",
     [
-        (LINE, ROUND, {"rtol": 1e-6}, "panels"),
+        (LINE, CYLINDER, {"rtol": 1e-6}, "panels"),
         (LINE, mb.Wedge(slope=0.05), {"rtol": 1e-4}, "panels"),
         (LINE, mb.Punch(half_width=0.3), {}, "panels"),
         (LINE, ripples, {"rtol": 1e-2}, "cells"),
@@ -51,9 +51,9 @@ def ripples(x):
         (LINE, FEW, {}, "panels"),  # cells stop above rtol, and panels take a second
         (PERIOD, mb.Wave(0.01, 1.0), {"rtol": 1e-3}, "cells"),
         (PERIOD, mb.Wave(0.01, 1.0), {}, "cells"),
-        (BLOCK, ROUND, {"rtol": 1e-4}, "fitted"),
+        (BLOCK, CYLINDER, {"rtol": 1e-4}, "fitted"),
         (BLOCK, mb.Wedge(slope=0.05), {}, "fitted"),
-        (MESH, ROUND, {}, "condensed"),
+        (MESH, CYLINDER, {}, "condensed"),
         pytest.param(MESH, SAMPLED, {"rtol": 5e-2}, "condensed", marks=pytest.mark.nightly),
         (BLOCK, mb.Punch(half_width=0.3), {"rtol": 1e-3}, "fitted"),
     ],
@@ -79,8 +79,8 @@ def test_the_least_of_what_is_expected_is_taken(body, obstacle, asked, method):
     "size, obstacle, law, rtol",
     [
         (4.0, mb.Wedge(slope=0.05), mb.Microclamped(), 1e-2),
-        (4.0, ROUND, mb.Unilateral(), 1e-4),
-        (1.0, ROUND, mb.Microclamped(), 1e-6),
+        (4.0, CYLINDER, mb.Unilateral(), 1e-4),
+        (1.0, CYLINDER, mb.Microclamped(), 1e-6),
         (4.0, mb.Punch(half_width=0.3), mb.Microblock(), 1e-3),  # with an edge beside each end
     ],
 )
@@ -94,15 +94,15 @@ def test_unknowns_of_a_block_are_those_of_its_elements_and_orders(size, obstacle
 
 @pytest.mark.parametrize("law", [mb.Unilateral(), mb.Microblock(), mb.Microblock(psi0=0.01)], ids=str)
 def test_unknowns_of_panels_are_those_of_a_cylinder(law):
-    problem = mb.Contact(LINE, ROUND, law, mb.Panels(order=6))
+    problem = mb.Contact(LINE, CYLINDER, law, mb.Panels(order=6))
     expected = problem.plan(load=1.0).candidates[0].cost.unknowns
     assert expected == problem.solve(load=1.0).unknowns - 1  # which has the approach
 
 
 @pytest.mark.parametrize("obstacle, law, rtol", [
-    pytest.param(ROUND, mb.Microblock(), 3e-4, marks=pytest.mark.nightly),
+    pytest.param(CYLINDER, mb.Microblock(), 3e-4, marks=pytest.mark.nightly),
     pytest.param(mb.Punch(0.3), mb.Unilateral(), 2e-3, marks=pytest.mark.nightly),
-    (ROUND, mb.Microclamped(), 1e-2),
+    (CYLINDER, mb.Microclamped(), 1e-2),
 ])  # fmt: skip
 def test_unknowns_of_a_mesh_that_is_refined(obstacle, law, rtol):
     """Within 3 times: 2 were seen for 97 of 100; they were 30 times too many for 1e-4."""
@@ -134,7 +134,7 @@ def test_unknowns_of_squares_in_space(height, window, count):
 
 def test_an_approach_is_planned_as_its_load():
     """Of a block an approach asks for the mesh of about its load."""
-    problem = mb.Contact(mb.Block(SOLID, 4.0), ROUND, mb.Microblock())
+    problem = mb.Contact(mb.Block(SOLID, 4.0), CYLINDER, mb.Microblock())
     approach = problem.solve(load=0.5, rtol=1e-2).approach
     by_load = problem.plan(load=0.5, rtol=1e-2)
     by_approach = problem.plan(approach=approach, rtol=1e-2)
@@ -173,7 +173,7 @@ def test_squares_that_need_too_much_memory_are_counted(memory, far, half):
 @pytest.mark.parametrize("gibibytes, chosen", [(19, True), (21, False)])
 def test_20_gibibytes_are_the_most_of_a_method_that_is_chosen(monkeypatch, gibibytes, chosen):
     """Of a usual machine with 24."""
-    problem = mb.Contact(LINE, ROUND, mb.Microblock())
+    problem = mb.Contact(LINE, CYLINDER, mb.Microblock())
     forecast = problem.plan(load=0.5, rtol=1e-3).candidates[0].cost._replace(memory=gibibytes * 2.0**30)
     monkeypatch.setattr("microblock.halfplane.panel_solver.PanelSolver.predicted", lambda *asked: forecast)
     names = [candidate.name for candidate in problem.plan(load=0.5, rtol=1e-3).candidates]
@@ -182,7 +182,7 @@ def test_20_gibibytes_are_the_most_of_a_method_that_is_chosen(monkeypatch, gibib
 
 def test_memory_of_what_is_no_longer_needed_is_there(monkeypatch):
     """A problem and its solver know one another, and go only when they are looked for."""
-    problem = mb.Contact(LINE, ROUND, mb.Microblock())
+    problem = mb.Contact(LINE, CYLINDER, mb.Microblock())
     problem.solver.contact
     reference = weakref.ref(problem)
     del problem
@@ -192,7 +192,7 @@ def test_memory_of_what_is_no_longer_needed_is_there(monkeypatch):
 
 def test_what_no_method_answers_is_said_by_the_usual_one():
     """And the plan says why each cannot."""
-    problem = mb.Contact(LINE, ROUND, mb.Microblock())
+    problem = mb.Contact(LINE, CYLINDER, mb.Microblock())
     with pytest.raises(mb.BadArgument, match="approach = 0.1: has no meaning on a half-plane"):
         problem.solve(approach=0.1)
     plan = problem.plan(approach=0.1)
@@ -204,14 +204,12 @@ def test_what_no_method_answers_is_said_by_the_usual_one():
 
 
 SPACE = mb.HalfSpace(SOLID)
-BLOCKS = mb.Microblock()
-PLAIN = mb.Unilateral()
 METHODS = {
-    "panels": mb.Contact(LINE, ROUND, BLOCKS, mb.Panels()),
-    "cells": mb.Contact(LINE, ROUND, BLOCKS, mb.Cells()),
+    "panels": mb.Contact(LINE, CYLINDER, BLOCKS, mb.Panels()),
+    "cells": mb.Contact(LINE, CYLINDER, BLOCKS, mb.Cells()),
     "period": mb.Contact(mb.HalfPlane(SOLID, 1.0), mb.Wave(0.01, 1.0), BLOCKS),
-    "fitted": mb.Contact(mb.Block(SOLID, 4.0), mb.Wedge(slope=0.05), PLAIN),
-    "space": mb.Contact(SPACE, mb.Sphere(R=10), PLAIN),
+    "fitted": mb.Contact(mb.Block(SOLID, 4.0), mb.Wedge(slope=0.05), UNILATERAL),
+    "space": mb.Contact(SPACE, mb.Sphere(R=10), UNILATERAL),
 }
 USUAL = {PanelSolver: 1e-12, LineSolver: 1e-12, FittedSolver: 1e-3, SurfaceSolver: 1e-12}
 
@@ -238,7 +236,7 @@ def test_the_best_state_is_returned(name, no_time):
 
 def test_the_best_history_is_returned(no_time):
     for method in (mb.Panels(), mb.Cells()):
-        problem = mb.Contact(LINE, mb.Deformable(LINE, ROUND), mb.Unilateral(friction=0.3), method)
+        problem = mb.Contact(LINE, mb.Deformable(LINE, CYLINDER), mb.Unilateral(friction=0.3), method)
         history = problem.history([(1.0, 0.0), (1.0, 0.2)])
         assert 1e-12 < history.error_estimate < 0.5
         assert any("the usual rtol of 1e-12 was not reached" in words for words in history.warnings)
@@ -247,7 +245,7 @@ def test_the_best_history_is_returned(no_time):
 @pytest.mark.parametrize("seconds, estimate", [(0.5, 0.1), (50.0, 0.2)])
 def test_another_method_is_tried_if_it_is_cheap(seconds, estimate):
     """Of two answers that miss the usual rtol the one with the smaller estimate is returned."""
-    problem = mb.Contact(LINE, ROUND, BLOCKS, mb.Cells(nodes=64))
+    problem = mb.Contact(LINE, CYLINDER, BLOCKS, mb.Cells(nodes=64))
     solution = problem.solve(load=0.5).solution
     estimates = iter((0.2, 0.1))
     costs = cost.Cost(0.1, 1e6, 1e3), cost.Cost(seconds, 1e6, 1e3)
@@ -264,7 +262,7 @@ def test_flat_punches_in_space_have_an_rtol():
     by the capacitance of a square plate, 0.366788 times 4 pi its side (Read 1997): to cells of a/200.
     """
     punch = mb.FlatPunch(0.5, face="square")
-    state = mb.Contact(mb.HalfSpace(mb.Elastic(E=100, nu=0.3)), punch, PLAIN).solve(load=1.0, rtol=1e-2)
+    state = mb.Contact(mb.HalfSpace(mb.Elastic(E=100, nu=0.3)), punch, UNILATERAL).solve(load=1.0, rtol=1e-2)
     assert state.error_estimate <= 1e-2 and not state.warnings
     approach = 1.0 / (2 * 100 / 0.91 * 0.5) * 2 / np.pi / (2 * 0.366788)
     assert state.approach == pytest.approx(approach, rel=3e-3)
@@ -280,13 +278,13 @@ def test_a_tilted_punch_is_answered(place):
         inside = np.hypot(x1 - place[0], x2 - place[1]) <= 0.5
         return np.where(inside, 1e-3 * (x1 - place[0]), np.inf)
 
-    state = mb.Contact(mb.HalfSpace(mb.Elastic(E=100, nu=0.3)), face, PLAIN).solve(load=1.0)
+    state = mb.Contact(mb.HalfSpace(mb.Elastic(E=100, nu=0.3)), face, UNILATERAL).solve(load=1.0)
     assert state.approach == pytest.approx(0.91 / 100, rel=2e-3) and state.error_estimate < 0.02
 
 
 @pytest.mark.parametrize("name", ["panels", "cells"])
 def test_states_of_a_path_aim_at_the_usual_rtol(name, no_time):
-    assert METHODS[name].with_(law=PLAIN).path(load=0.5).at(0.4).error_estimate > 1e-12
+    assert METHODS[name].with_(law=UNILATERAL).path(load=0.5).at(0.4).error_estimate > 1e-12
 
 
 @pytest.mark.nightly(100, 45, 72, 75)
@@ -353,5 +351,5 @@ def test_fitted_meshes_that_are_no_answer_are_given_back(monkeypatch):
 
     monkeypatch.setattr(fitted, "FittedMesh", Watched)
     with pytest.raises(mb.NotConverged):
-        mb.Contact(BLOCK, ROUND, mb.Microblock()).solve(load=1.0, rtol=1e-9)
+        mb.Contact(BLOCK, CYLINDER, mb.Microblock()).solve(load=1.0, rtol=1e-9)
     assert len(made) > 2 and max(alive for _, alive in made) == 0

@@ -20,12 +20,10 @@ from microblock.fem.fitted import FittedSolver
 from microblock.halfplane import friction_solver
 from microblock.halfplane.panel_solver import PanelSolver
 from microblock.model.progress import counted, counting
+from tests.parts import BLOCKS, CYLINDER, SOLID, UNILATERAL
 
-SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
-CYLINDER = mb.Cylinder(R=10)
-LAW = mb.Microblock()
 GROUND = mb.HalfPlane(SOLID)
-CELLS = mb.Contact(GROUND, CYLINDER, LAW, mb.Cells())
+CELLS = mb.Contact(GROUND, CYLINDER, BLOCKS, mb.Cells())
 
 
 class Terminal(io.StringIO):
@@ -89,7 +87,7 @@ def test_an_interrupted_solve_leaves_its_best_state(monkeypatch):
     left = stop.value.reached
     assert not isinstance(stop.value, Exception) and left.load == 1.0
     assert any("interrupted" in words for words in left.warnings)
-    fine = mb.Contact(GROUND, CYLINDER, LAW, mb.Panels()).solve(load=1.0, rtol=1e-5)
+    fine = mb.Contact(GROUND, CYLINDER, BLOCKS, mb.Panels()).solve(load=1.0, rtol=1e-5)
     # what it says of its error bounds that of the largest pressure against another method
     assert 1e-9 < left.error_estimate < 0.5
     assert abs(left.pressure.max() / fine.pressure.max() - 1) < left.error_estimate
@@ -98,7 +96,7 @@ def test_an_interrupted_solve_leaves_its_best_state(monkeypatch):
 
 
 def test_interrupted_states_paths_and_histories_leave_what_is_done(monkeypatch):
-    panels = mb.Contact(GROUND, CYLINDER, LAW, mb.Panels())
+    panels = mb.Contact(GROUND, CYLINDER, BLOCKS, mb.Panels())
     complete = panels.states([0.5, 1.0])
     events = panels.path(1.0).events
     interrupting(monkeypatch, PanelSolver, "solution_at", 2)
@@ -141,7 +139,7 @@ def test_a_history_that_is_interrupted_in_its_estimates_is_left(monkeypatch):
 )
 def test_an_interrupted_path_on_cells_leaves_no_state_for_events(body, obstacle, calls, told, monkeypatch):
     """Whose errors need both grids; in space states of the window come first."""
-    path = mb.Contact(body, obstacle, LAW, mb.Cells()).path(0.01)
+    path = mb.Contact(body, obstacle, BLOCKS, mb.Cells()).path(0.01)
     interrupting(monkeypatch, CellSolver, "solved", calls)
     with pytest.raises(mb.Interrupted, match=f"^load path: interrupted, {told}") as stop:
         path.events
@@ -152,7 +150,7 @@ def test_an_interrupted_mesh_leaves_no_state_of_its_first_zones(monkeypatch):
     """Panels find them."""
     interrupting(monkeypatch, FittedSolver, "_settled", 0)
     with pytest.raises(mb.Interrupted, match=r"^solve by Fitted\(\): interrupted, at the beginning") as stop:
-        mb.Contact(mb.Block(SOLID), CYLINDER, LAW).solve(load=1.0)
+        mb.Contact(mb.Block(SOLID), CYLINDER, BLOCKS).solve(load=1.0)
     assert stop.value.reached is None
 
 
@@ -178,7 +176,6 @@ def test_an_interrupted_command_leaves_no_half_of_a_file(tmp_path, monkeypatch, 
 # --- one BLAS thread inside the library, what was there before afterwards; no test here reads a clock
 
 
-LINE = mb.Unilateral()
 MESH = meshes.uniform(meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 0.5)
 BODY = mb.Body(MESH, SOLID, order=3, fixed="bottom")
 
@@ -225,7 +222,7 @@ ENTRIES = {  # body, method, and what is asked of the problem
 @pytest.mark.parametrize("entry", ENTRIES)
 def test_inside_there_is_one_thread_and_outside_what_was_there(entry):
     watching, (body, method, ask) = Watching(), ENTRIES[entry]
-    problem = mb.Contact(body, watching, LINE, method)
+    problem = mb.Contact(body, watching, UNILATERAL, method)
     watching.seen.clear()  # a few numbers, before any work
     ask(problem)
     assert watching.seen == {1}
@@ -233,7 +230,7 @@ def test_inside_there_is_one_thread_and_outside_what_was_there(entry):
 
 def test_threads_come_back_after_an_interruption_and_after_a_refusal():
     watching = Watching()
-    problem = mb.Contact(GROUND, watching, LINE)
+    problem = mb.Contact(GROUND, watching, UNILATERAL)
     watching.fails = True
     with pytest.raises(KeyboardInterrupt):
         problem.solve(load=1.0)

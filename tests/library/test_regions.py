@@ -16,14 +16,11 @@ from microblock.fem import meshes, meshes3d
 from microblock.fem.body import Body
 from microblock.fem.loads import Loads
 from microblock.halfplane.kernels import plane_symbol
+from tests.parts import BLOCKS, CYLINDER, SOLID, UNILATERAL
 
-SOLID = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
 SOFT = mb.Cosserat(E=40, nu=0.2, ell=0.1, beta=0.6)
 STEEL = mb.Elastic(E=200, nu=0.3)
 RUBBER = mb.Elastic(E=20, nu=0.2)
-CYLINDER = mb.Cylinder(R=10)
-BLOCKS = mb.Microblock()
-LINE = mb.Unilateral()
 
 
 def parted(mesh, is_coating):
@@ -251,7 +248,7 @@ def thin_layer(a):
     body = mb.Body(mesh, {"coating": RUBBER, "bulk": base}, 4, fixed=held)
     radius = 100 * a
     half_of_load = compression(RUBBER) * a**3 / (3 * radius)
-    state = mb.Contact(body, mb.Cylinder(R=radius), LINE, mb.Condensed()).solve(load=half_of_load)
+    state = mb.Contact(body, mb.Cylinder(R=radius), UNILATERAL, mb.Condensed()).solve(load=half_of_load)
     return float(state.x[state.pressure > 0].max()), state.pressure.max() * 2 * radius / a**2
 
 
@@ -271,8 +268,8 @@ def test_a_coated_second_body_is_the_coated_body_in_a_mirror():
     below = mb.Body(layered(across, up, 0.4), {"coating": RUBBER, "bulk": STEEL}, 3, fixed="bottom")
     lower = layered(across, up + 1, -0.4, names=("contact", "side", "top", "side"))
     above = mb.Body(lower, {"bulk": RUBBER, "coating": STEEL}, 3, fixed="top")
-    coated = mb.Contact(below, CYLINDER, LINE).solve(load=0.2)
-    mirrored = mb.Contact(rigid, mb.Deformable(above, CYLINDER), LINE).solve(load=0.2)
+    coated = mb.Contact(below, CYLINDER, UNILATERAL).solve(load=0.2)
+    mirrored = mb.Contact(rigid, mb.Deformable(above, CYLINDER), UNILATERAL).solve(load=0.2)
     # forces of corners are pressures, of which the second body takes the means
     assert mirrored.approach == pytest.approx(coated.approach, rel=1e-3)
     assert mirrored.pressure.max() == pytest.approx(coated.pressure.max(), rel=1e-2)
@@ -289,7 +286,7 @@ def difference(coarse, fine):
 COARSE = layered(np.linspace(-1, 1, 7), np.linspace(-1, 0, 6), 0.2, quads=False)
 
 
-@pytest.mark.parametrize("law, coating", ((LINE, STEEL), (BLOCKS, SOLID)))
+@pytest.mark.parametrize("law, coating", ((UNILATERAL, STEEL), (BLOCKS, SOLID)))
 def test_estimates_hold_over_layers(law, coating):
     state = pressed({"coating": coating, "bulk": RUBBER}, None, COARSE, law, rtol=0.05)
     finer = ng.Mesh(state.problem.body.mesh.ngmesh.Copy())
@@ -301,9 +298,9 @@ def test_estimates_hold_over_layers(law, coating):
 def test_interfaces_are_no_error(monkeypatch):
     """Averages across the interface, the control, take its jumps for errors and cut the elements there."""
     solid = {"coating": STEEL, "bulk": RUBBER}
-    state = pressed(solid, None, COARSE, LINE, rtol=0.05)
+    state = pressed(solid, None, COARSE, UNILATERAL, rtol=0.05)
     monkeypatch.setattr(Body, "by_region", lambda body, make: make(body.mesh.Materials(".*")))
-    smeared = pressed(solid, None, COARSE, LINE, rtol=0.05)
+    smeared = pressed(solid, None, COARSE, UNILATERAL, rtol=0.05)
     assert smeared.unknowns > 1.5 * state.unknowns
 
 
@@ -361,7 +358,7 @@ def test_each_material_has_one_solid(solid, words):
         mb.HalfSpace,
         mb.Block,
         lambda solid: mb.hertz_scales(solid, 1.0, 1.0),
-        lambda solid: mb.Contact(mb.HalfPlane(SOLID), CYLINDER, LINE).with_(solid=solid),
+        lambda solid: mb.Contact(mb.HalfPlane(SOLID), CYLINDER, UNILATERAL).with_(solid=solid),
     ),
 )
 def test_functions_are_for_bodies_on_a_mesh(call):

@@ -18,9 +18,8 @@ from microblock.fem.mesh_surface import MeshSurface
 from microblock.fem.meshes import named
 from microblock.fem.second_body import SecondBody
 from microblock.model.corner_geometry import Blocks
+from tests.parts import BLOCKS, UNILATERAL
 
-UNILATERAL = mb.Unilateral()
-BLOCKS = mb.Microblock()
 CLASSICAL = mb.Cosserat(E=100, nu=0.3, beta=0, ell=0.1)
 OTHER = mb.Cosserat(E=300, nu=0.2, beta=0, ell=0.1)
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.4)

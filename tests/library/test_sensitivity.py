@@ -5,11 +5,9 @@ import re
 import pytest
 
 import microblock as mb
+from tests.parts import CYLINDER, ELASTIC, SPHERE
 
 SOLID = mb.Cosserat(E=100, nu=0.3, ell=0.085, beta=1)
-ELASTIC = mb.Elastic(E=100, nu=0.3)
-CYLINDER = mb.Cylinder(R=10)
-SPHERE = mb.Sphere(R=10)
 MODULI = "E", "nu", "ell", "beta", "curvature"
 # a window that stays, as squares that follow the contact make other cells of each problem
 FIXED = mb.Cells(nodes=48, window=(-0.15, 0.15), residual=1e-12)

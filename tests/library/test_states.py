@@ -17,26 +17,23 @@ from microblock.model.law import Law
 from microblock.model.results import intervals
 from microblock.view import blocks
 from tests.bodies import on_ground, quarter
+from tests.parts import BLOCKS, CYLINDER, SOLID, UNILATERAL
 
-SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
 GROUND = mb.HalfPlane(SOLID)
-CYLINDER = mb.Cylinder(R=10)
-LAW = mb.Microblock()
-LINE = mb.Unilateral()
 RUBBING = mb.Unilateral(friction=0.3)
 
 
 BODY, SPACE = on_ground(SOLID, 1.0, 1), quarter(SOLID)
 PROBLEMS = {
-    "panels": mb.Contact(GROUND, CYLINDER, LAW),
-    "cells": mb.Contact(GROUND, CYLINDER, LAW, mb.Cells(nodes=64, window=(-1, 1))),
-    "fitted": mb.Contact(mb.Block(SOLID, 4.0), CYLINDER, LAW, mb.Fitted(order=2)),
-    "uniform": mb.Contact(mb.Block(SOLID, 4.0), CYLINDER, LAW, mb.Uniform(h=0.2)),
-    "condensed": mb.Contact(BODY, CYLINDER, LAW),
-    "newton": mb.Contact(BODY, CYLINDER, LAW, mb.Newton()),
-    "half-space": mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(1.0), LAW, mb.Cells(nodes=32)),
-    "in space": mb.Contact(SPACE, mb.Sphere(10.0), LAW),
-    "in space by Newton": mb.Contact(SPACE, mb.Sphere(10.0), LAW, mb.Newton()),
+    "panels": mb.Contact(GROUND, CYLINDER, BLOCKS),
+    "cells": mb.Contact(GROUND, CYLINDER, BLOCKS, mb.Cells(nodes=64, window=(-1, 1))),
+    "fitted": mb.Contact(mb.Block(SOLID, 4.0), CYLINDER, BLOCKS, mb.Fitted(order=2)),
+    "uniform": mb.Contact(mb.Block(SOLID, 4.0), CYLINDER, BLOCKS, mb.Uniform(h=0.2)),
+    "condensed": mb.Contact(BODY, CYLINDER, BLOCKS),
+    "newton": mb.Contact(BODY, CYLINDER, BLOCKS, mb.Newton()),
+    "half-space": mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(1.0), BLOCKS, mb.Cells(nodes=32)),
+    "in space": mb.Contact(SPACE, mb.Sphere(10.0), BLOCKS),
+    "in space by Newton": mb.Contact(SPACE, mb.Sphere(10.0), BLOCKS, mb.Newton()),
 }
 ASKED = {  # what shows its progress under which word
     **{
@@ -91,16 +88,16 @@ def test_warnings_of_a_history_are_those_of_its_states_once_each():
 
 
 STEEP = mb.HalfPlane(mb.Cosserat(E=2, nu=0.3, beta=1, ell=0.1))
-COARSE = mb.Contact(on_ground(SOLID, 0.25, 2), CYLINDER, LAW)
+COARSE = mb.Contact(on_ground(SOLID, 0.25, 2), CYLINDER, BLOCKS)
 WARNED = {  # problem, load, words of its warnings
     "small strain": (PROBLEMS["panels"], 1.0, []),
     "steep": (mb.Contact(STEEP, mb.Cylinder(1.0), mb.Microblock(0.2)), 1.0, ["degrees", "slope"]),
-    "large blocks": (mb.Contact(mb.HalfPlane(replace(SOLID, ell=3.0)), CYLINDER, LAW), 1.0, ["larger"]),
+    "large blocks": (mb.Contact(mb.HalfPlane(replace(SOLID, ell=3.0)), CYLINDER, BLOCKS), 1.0, ["larger"]),
     # the obstacle touches between two nodes at most: no zone is wide enough to be seen
     "no node": (PROBLEMS["uniform"], 1e-3, ["only 0 nodes in contact"]),
     "few nodes": (COARSE, 1.0, [r"only \d nodes in contact and no error estimate.*ask for rtol="]),
     "few uniform nodes": (PROBLEMS["uniform"], 1.0, [r"only \d nodes in contact and no.*smaller h"]),
-    "many nodes": (mb.Contact(on_ground(SOLID, 0.05, 2), CYLINDER, LAW), 1.0, []),
+    "many nodes": (mb.Contact(on_ground(SOLID, 0.05, 2), CYLINDER, BLOCKS), 1.0, []),
 }
 
 
@@ -160,7 +157,7 @@ def test_unknown_zones_and_corners_are_refused_by_name():
 # the same problem, given in another way
 
 
-def pressed(obstacle=CYLINDER, law=LAW, method=None, body=GROUND, load=1.0, rtol=None):
+def pressed(obstacle=CYLINDER, law=BLOCKS, method=None, body=GROUND, load=1.0, rtol=None):
     return mb.Contact(body, obstacle, law, method).solve(load=load, rtol=rtol)
 
 
@@ -181,7 +178,7 @@ def circle(x):
 class Named(Law):
     """Microblocks with other names of corners."""
 
-    arms, places = LAW.arms, LAW.places
+    arms, places = BLOCKS.arms, BLOCKS.places
 
     def __init__(self, corners):
         self.corners = corners
@@ -219,8 +216,8 @@ SAME = {  # one, other, relative difference of half-widths
     ),
     # one begins at a valley, one at a peak: a zone over the end of a period is one, to a cell
     "begun elsewhere": (
-        lambda: pressed(waved(1), LAW, mb.Cells(1024), PERIOD, 0.5),
-        lambda: pressed(waved(-1), LAW, mb.Cells(1024), PERIOD, 0.5),
+        lambda: pressed(waved(1), BLOCKS, mb.Cells(1024), PERIOD, 0.5),
+        lambda: pressed(waved(-1), BLOCKS, mb.Cells(1024), PERIOD, 0.5),
         5e-3,
     ),
     "corners of other names": (
@@ -254,12 +251,12 @@ def test_what_a_user_gives_is_taken_as_it_is():
 @pytest.mark.parametrize(
     "obstacle, law, places",
     [
-        (CYLINDER, LAW, {"A": 0.05, "B": -0.05}),
-        (lambda x: (x - 0.1) ** 2 / 20, LAW, {"A": 0.15, "B": 0.05}),
-        (mb.Wedge(0.02), LAW, {"A": 0.05, "B": -0.05}),
-        (CYLINDER, LINE, {"contact": 0.0}),
-        (mb.Punch(0.5, tilt=0.001), LINE, {"contact": -0.5}),
-        (mb.Punch(0.5), LINE, {"contact": 0.0}),
+        (CYLINDER, BLOCKS, {"A": 0.05, "B": -0.05}),
+        (lambda x: (x - 0.1) ** 2 / 20, BLOCKS, {"A": 0.15, "B": 0.05}),
+        (mb.Wedge(0.02), BLOCKS, {"A": 0.05, "B": -0.05}),
+        (CYLINDER, UNILATERAL, {"contact": 0.0}),
+        (mb.Punch(0.5, tilt=0.001), UNILATERAL, {"contact": -0.5}),
+        (mb.Punch(0.5), UNILATERAL, {"contact": 0.0}),
     ],
     ids=["cylinder", "callable", "wedge", "unilateral", "tilted", "flat"],
 )
@@ -430,7 +427,7 @@ def test_complementarity(kind, law):
 # --- pictures of states: corners that touch, rounding, captions (tests/frozen has curves, ticks and texts)
 
 
-def on_mesh(block, law=LAW):
+def on_mesh(block, law=BLOCKS):
     body = mb.Body(block, mb.Cosserat(E=2.6, nu=0.3, beta=1, ell=0.2), order=3, fixed="bottom")
     return pressed(mb.Cylinder(2.0), law, body=body, load=0.05)
 
@@ -472,17 +469,17 @@ def test_blocks_of_a_half_space_touch_the_sphere_in_the_row_that_is_shown(psi0_i
 def test_a_row_of_blocks_lies_in_one_square():
     """Between squares there are no cells, and what would be drawn there is neither surface nor obstacle."""
     hills = lambda x1, x2: (np.minimum((x1 - 1) ** 2, (x1 + 1) ** 2) + x2**2) / 20  # noqa: E731
-    state = pressed(hills, LAW, mb.Cells(64), mb.HalfSpace(SOLID), load=0.1)
+    state = pressed(hills, BLOCKS, mb.Cells(64), mb.HalfSpace(SOLID), load=0.1)
     row, *_ = blocks.section(state)
     assert len(state.squares) == 2 and any(np.allclose(row.x, square.axes[0]) for square in state.squares)
 
 
 def test_pictures_do_not_magnify_rounding(block):
     """Gaps of 1e-17 are nothing: all corners are marked; a law of one corner has no legend of two."""
-    state = mb.Contact(on_mesh(block).problem.body, mb.Plane(), LAW).solve(load=0.05)
+    state = mb.Contact(on_mesh(block).problem.body, mb.Plane(), BLOCKS).solve(load=0.05)
     shown = blocks.blocks(state.surface(), blocks.window(state.solid.ell, state.zones["contact"]))
     assert shown.closed.all() and shown.magnification == 1.0
-    figure = pressed(mb.Punch(0.3), LINE).plot()
+    figure = pressed(mb.Punch(0.3), UNILATERAL).plot()
     assert not panel(figure, "blocks").get_legend()
     shown = panel(figure, "gap").lines[1].get_ydata()
     assert not shown[np.isfinite(shown)].any()
@@ -503,7 +500,7 @@ def test_captions_say_what_is_shown_and_stay_within_their_figures():
     box = drawing._suptitle.get_window_extent()
     assert len(state.caption) > 80 and box.x0 >= 0 and box.x1 <= drawing.bbox.width
     samples = mb.Obstacle.from_samples([-1.0, -0.4, 0.4, 1.0], [0.03, 0.0, 0.0, 0.03])
-    drawing = pressed(samples, LINE).plot_blocks()
+    drawing = pressed(samples, UNILATERAL).plot_blocks()
     drawing.draw_without_rendering()  # matplotlib breaks no line itself, which the layout would not know of
     assert drawing._suptitle._get_wrapped_text() == drawing.get_suptitle()
 

@@ -7,10 +7,8 @@ import pytest
 from ngsolve.meshes import MakeStructured2DMesh, MakeStructured3DMesh
 
 import microblock as mb
+from tests.parts import ELASTIC, SOLID, SPHERE
 
-SOLID = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
-ELASTIC = mb.Elastic(E=100, nu=0.3)
-SPHERE = mb.Sphere(R=10.0)
 BLOCKS = mb.Microblock(0.02)
 ROUGH = mb.RoughSurface(period=1.0, slope=0.1, waves=(1, 6), seed=2)
 

@@ -15,9 +15,8 @@ from microblock.fem.bore import Bore
 from microblock.fem.contact_nodes import ContactNodes
 from microblock.model.corner_geometry import Blocks
 from microblock.model.law import side_directions
+from tests.parts import SOLID, UNILATERAL
 
-SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
-UNILATERAL = mb.Unilateral()
 METHODS = pytest.mark.parametrize("method", [mb.Condensed(), mb.Newton()], ids=["condensed", "newton"])
 CUBE = np.array(list(np.ndindex(2, 2, 2)))[[0, 4, 6, 2, 1, 5, 7, 3]]  # in netgen's order
 SQUARE = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])

@@ -19,8 +19,8 @@ from microblock.errors import real_numbers
 from microblock.fem import fitted_mesh
 from microblock.halfplane import zone_path
 from microblock.halfplane.zone_path import ZonePath
+from tests.parts import ELASTIC, SOLID
 
-SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
 X = np.linspace(-1, 1, 21)
 PARABOLA = mb.Obstacle.from_samples(X, X**2 / 20)
 PLACES = [
@@ -101,8 +101,7 @@ def test_a_refusal_comes_without_the_tracebacks_of_what_was_tried():
 # --- what users hand over as heights: masks, holes, arrays of every kind, and a period given on any window
 
 
-CLASSICAL = mb.Elastic(100, 0.3)
-PLANE, LAW = mb.HalfPlane(CLASSICAL), mb.Unilateral()
+PLANE, LAW = mb.HalfPlane(ELASTIC), mb.Unilateral()
 BLOCKS = mb.Cosserat(100, 0.3, beta=1, ell=0.01)
 PLACES_X = np.linspace(-1, 1, 201).round(2)
 Z = PLACES_X**2 / 20

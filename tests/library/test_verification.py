@@ -25,6 +25,7 @@ from cases.benchmarks.verification import (
     space,
     space_problems,
 )
+from tests.parts import ELASTIC, UNILATERAL
 
 E, NU = 0.91, 0.3  # E* = 1
 BLUNT = 1e-7  # ell of a solid that is classical at the scale of the contact
@@ -294,10 +295,6 @@ def test_what_users_hand_over_is_answered_or_refused_truly(seed):
 
 
 # --- no length decides that the user has not given: the same problem in any units has the same digits
-
-
-ELASTIC = mb.Elastic(E=100, nu=0.3)
-UNILATERAL = mb.Unilateral()
 
 
 @pytest.mark.nightly(200)
