@@ -224,7 +224,7 @@ class Body(BodySpaces):
         matrix = self.bulk(symmetric=True)
         factors = f"factors of the bulk, {self.space.ndof} unknowns,"
         cost.require_room(cost.plane_factor_bytes(self.space.ndof, matrix.mat.nze), factors, advice)
-        bulk = Bulk(matrix, np.zeros(0, int), advice)
+        bulk = Bulk(self, matrix, np.zeros(0, int), advice)
         state = ng.GridFunction(self.space)
         supports.prescribe(self, state.components)
         prescribed = state.vec.FV().NumPy().copy()

@@ -8,7 +8,8 @@ from scipy.sparse import csr_matrix
 from ..errors import NotConverged
 from ..model.solver import SOLVED
 from ..model.types import Array, Flags, Integers
-from . import factors
+from . import factors, supports
+from .body_spaces import BodySpaces
 
 
 class Bulk:
@@ -16,7 +17,8 @@ class Bulk:
 
     Parameters
     ----------
-    form : BilinearForm, assembled; with condense=True nothing may act on interiors of elements
+    body : Body
+    form : BilinearForm of it, assembled; with condense=True nothing may act on interiors of elements
     seen : array of int, unknowns that the contact boundary sees
     advice : str, what to do where there is no memory
 
@@ -32,7 +34,8 @@ class Bulk:
         If there is no memory, or the matrix is not positive definite.
     """
 
-    def __init__(self, form: Any, seen: Integers, advice: str) -> None:
+    def __init__(self, body: BodySpaces, form: Any, seen: Integers, advice: str) -> None:
+        self._body = body
         self._form = form
         space = form.space
         self.matrix = csr_matrix(form.mat.CSR(), shape=2 * [space.ndof], copy=True)
@@ -55,7 +58,11 @@ class Bulk:
 
     @property
     def _held(self) -> str:
-        words = "are rigid motions fixed, and psi where beta is 0 or nearly so?"
+        nowhere = np.empty((0, self._body.mesh.dim))
+        free = supports.free_motions(self._body, nowhere, nowhere)
+        if free:
+            return f"supports leave {' and '.join(free)} free, which other supports must stop"
+        words = "is psi fixed where beta is 0 or nearly so?"
         if self._form.space.mesh.dim == 3:
             words += (
                 " With alpha' and beta' (13) does not make the energy of a body with a free surface positive"

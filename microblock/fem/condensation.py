@@ -84,7 +84,7 @@ class CondensedNodes(ContactNodes):
             traces += self.displacements_along_sides if self.dim == 3 else self.traces.values()
         seen = np.concatenate([values.indices for values in traces])
         cost.require_room(condensed_bytes(body, len(np.unique(seen)), len(self.weights)), contact, advice)
-        self._bulk = Bulk(body.bulk(symmetric=True, condense=True), seen, advice)
+        self._bulk = Bulk(body, body.bulk(symmetric=True, condense=True), seen, advice)
         self.factor = self._bulk.block
         self.rows = self.onto[:, self._bulk.contact]
 

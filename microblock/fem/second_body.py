@@ -119,7 +119,7 @@ class SecondBody:
         advice = "take longer elements, a lower order or a smaller contact boundary for it"
         words = f"a second body of {body.unknowns} unknowns with {len(seen)} on its contact boundary"
         cost.require_room(condensed_bytes(body, len(seen), len(seen) // body.mesh.dim), words, advice)
-        return Bulk(body.bulk(symmetric=True, condense=True), seen, advice)
+        return Bulk(body, body.bulk(symmetric=True, condense=True), seen, advice)
 
     def _met(self, points: Array, lines: Array) -> Hits:
         """Returns where lines through points, arrays (n, dim), meet the boundary; under a shape it is above

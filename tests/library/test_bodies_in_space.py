@@ -86,6 +86,8 @@ def test_rigid_motions_that_no_support_stops():
     # about the line in which "left" and "bottom" meet: points on "left" alone move along x1
     points[:, 0] = -1
     assert supports.free_motions(body, points, up) == ["a rotation about x2"]
+    with pytest.raises(mb.NotConverged, match="supports leave a rotation about x2 free, which other"):
+        mb.Contact(body, mb.Sphere(R=10), mb.Unilateral(), mb.Condensed()).solve(load=0.1)
 
 
 # ---- penalties, small strain, what lies beside the boundary or inside the body
