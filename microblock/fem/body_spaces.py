@@ -222,3 +222,14 @@ class BodySpaces:
     def energy(self, *components: Any) -> Any:
         """Returns the energy density (10) as an expression."""
         return contact_term.energy(self.moduli, self.strains(components))
+
+
+def free_unknowns(space: Any, condense: bool = False) -> Flags:
+    """Returns which unknowns of a space are free, with `condense` those of interiors of elements apart:
+    boolean array (n,). NumPy would ask a BitArray for its entries one by one.
+    """
+    free = space.FreeDofs(condense)
+    ones = ng.BaseVector(len(free))
+    ones[:] = 1.0
+    ng.Projector(free, True).Project(ones)
+    return np.array(ones.FV().NumPy() > 0)

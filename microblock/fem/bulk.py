@@ -9,7 +9,7 @@ from ..errors import NotConverged
 from ..model.solver import SOLVED
 from ..model.types import Array, Flags, Integers
 from . import factors, supports
-from .body_spaces import BodySpaces
+from .body_spaces import BodySpaces, free_unknowns
 
 
 class Bulk:
@@ -39,10 +39,11 @@ class Bulk:
         self._form = form
         space = form.space
         self.matrix = csr_matrix(form.mat.CSR(), shape=2 * [space.ndof], copy=True)
-        self._free: Flags = np.array(space.FreeDofs(form.condense))
-        free = np.flatnonzero(self._free)
-        inner = np.setdiff1d(free, seen)
-        self.contact: Integers = np.intersect1d(free, seen)
+        self._free: Flags = free_unknowns(space, form.condense)
+        on_contact = np.zeros(space.ndof, bool)
+        on_contact[seen] = True
+        inner = np.flatnonzero(self._free & ~on_contact)
+        self.contact: Integers = np.flatnonzero(self._free & on_contact)
         try:
             self._factors = factors.usual(self.matrix, inner, self.contact)
         except MemoryError as failure:

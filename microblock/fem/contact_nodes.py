@@ -16,7 +16,7 @@ from ..model.obstacles import STEEPEST
 from ..model.types import Array, Flags, Integers
 from . import supports
 from .body import Body
-from .body_spaces import COMPONENTS, FIELDS3D
+from .body_spaces import COMPONENTS, FIELDS3D, free_unknowns
 from .facet_nodes import FacetNodes
 from .facet_polynomials import FacetPolynomials
 from .facet_rules import ROUNDED, at_rules, require_nodal_rule, rule_at, units
@@ -128,7 +128,7 @@ class ContactNodes(FacetNodes):
 
     def free_of(self, body: Body) -> dict[str, Flags]:
         """Returns {field: whether a body on this mesh does not hold it at a node, boolean array (n,)}."""
-        free = np.array(body.space.FreeDofs())
+        free = free_unknowns(body.space)
         return {name: abs(self.traces[name]) @ free > 0 for name in body.all_names}
 
     @cached_property

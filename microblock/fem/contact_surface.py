@@ -19,6 +19,7 @@ from ..model.corner_geometry import Blocks
 from ..model.law import Law
 from ..model.types import Array, Flags, ObstacleLike
 from . import contact_term
+from .body_spaces import free_unknowns
 from .facet_nodes import FacetNodes
 from .facet_rules import require_nodal_rule
 from .facets import gaps_at_points
@@ -157,7 +158,7 @@ class ContactCorners:
         words = "must be the scalar H1 space of psi on the mesh, in the plane"
         plane = self.boundary.dim == 2 and isinstance(rotation, (ng.H1, ng.Periodic))
         require(plane and rotation.mesh is self.boundary.mesh, "rotation", rotation, words)
-        free = np.array(rotation.FreeDofs())
+        free = free_unknowns(rotation)
         held = abs(self.boundary.trace(rotation)) @ free == 0
         nearest = np.argmin(self.initial_gaps, axis=0)
         others = np.arange(len(self.names))[:, None] != nearest

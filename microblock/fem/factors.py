@@ -8,7 +8,7 @@ from functools import cached_property, partial
 from typing import Any, Protocol
 
 import numpy as np
-from scipy.sparse import csc_matrix, tril
+from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
 from ..model.types import Array, Integers
@@ -51,7 +51,7 @@ class SuperLU:
 
     Parameters
     ----------
-    matrix : symmetric sparse matrix (unknowns, unknowns)
+    matrix : symmetric csr_matrix (unknowns, unknowns)
     inner, contact : arrays of int, their numbers
 
     Raises
@@ -94,8 +94,12 @@ class Cholmod:
     def __init__(self, matrix: Any, inner: Integers, contact: Integers) -> None:
         self._free = np.concatenate((inner, contact))
         count = len(inner)
-        lower = tril(matrix[self._free][:, self._free], format="csc").tocoo()  # sorted: cvxopt is faster then
-        self._matrix = spmatrix(lower.data, lower.row, lower.col, lower.shape)
+        number = np.full(matrix.shape[0], -1)
+        number[self._free] = np.arange(len(self._free))
+        columns = np.repeat(number, np.diff(matrix.indptr))  # of the transpose, in their order
+        rows = number[matrix.indices]
+        lower = (columns >= 0) & (rows >= columns)
+        self._matrix = spmatrix(matrix.data[lower], rows[lower], columns[lower], 2 * (len(self._free),))
         last = np.arange(count, len(self._free))
         self._order = last
         if count:
@@ -104,9 +108,7 @@ class Cholmod:
         factors = self._factorised()
         diagonal = np.array(cholmod.diag(factors)).ravel()
         self.least = float((diagonal**2 / matrix.diagonal()[self._free[self._order]]).min())
-        columns = cholmod.getfactor(factors)[:, dense(last)]
-        pointers, rows, values = (np.array(part).ravel() for part in columns.CCS)
-        self.block = csc_matrix((values, rows, pointers), columns.size)[last].toarray()
+        self.block = np.array(dense(cholmod.getfactor(factors)[count:, count:]))
 
     def solve(self, right: Array) -> Array:
         """As of `Factors`."""
