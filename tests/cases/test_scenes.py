@@ -4,14 +4,17 @@ import dataclasses
 import json
 import math
 
+import ngsolve as ng
 import numpy as np
 import pytest
+from ngsolve.meshes import MakeStructured2DMesh
 
 import microblock as mb
 from cases import (
     friction,
     friction3d,
     own_mesh,
+    published,
     punch3d,
     roller,
     rough,
@@ -89,6 +92,37 @@ def test_small_blocks_are_the_classical_punch(face, approach):
     problem = mb.Contact(mb.HalfSpace(solid), mb.FlatPunch(1.0, face), mb.Unilateral(), mb.Cells(nodes=96))
     # cells cut the round rim into steps
     assert problem.solve(load=1.0).approach == pytest.approx(approach, rel=0.01)
+
+
+# --- size effects beside published ones
+
+
+@pytest.mark.parametrize(
+    "shape, alpha, beta",
+    [
+        ("sphere", 1e3, 0.5),
+        pytest.param("cone", 1e3, 1.5, marks=pytest.mark.nightly),
+        pytest.param("sphere", 1e-3, 0.5, marks=pytest.mark.nightly),
+        pytest.param("cone", 1e-3, 1.5, marks=pytest.mark.nightly),
+    ],
+)
+def test_apparent_moduli_have_their_limits(shape, alpha, beta):
+    """Of blocks that are far larger, and far smaller, than the contact; the rtol is 3e-3 of the load."""
+    expected = 1 + (1 - 0.3) * beta if alpha > 1 else 1.0, {"sphere": 1.5, "cone": 2.0}[shape]
+    assert published.modulus(alpha, mb.Unilateral(), 0.3, beta, shape) == pytest.approx(expected, rel=1e-2)
+
+
+def test_a_plate_bends_with_its_couples():
+    """The energy of a plate on a mesh, whose ends turn, for the closed form."""
+    nu, ell_b, thickness = 0.3, 0.4, 0.5
+    mesh = MakeStructured2DMesh(nx=4, ny=2, mapping=lambda x, y: (2 * x - 1, thickness * (y - 0.5)))
+    solid = mb.Cosserat(E=1 - nu**2, nu=nu, ell=1.0, beta=0.7, curvature=4 * ell_b**2)
+    # unit curvature: u = (-x1 x2, x1^2/2 + nu/(1 - nu) x2^2/2), psi = x1
+    bent = {"u1": -ng.x * ng.y, "u2": ng.x**2 / 2 + nu / (1 - nu) * ng.y**2 / 2, "psi": ng.x}
+    prescribed = {name: dict.fromkeys(("left", "right"), value) for name, value in bent.items()}
+    body = mb.Body(mesh, solid, 2, prescribed=prescribed, contact="top")
+    rigidity = body.solve().energy()  # of the length 2, half of it times the curvature squared
+    assert rigidity == pytest.approx(published.bending(thickness, ell_b, nu) * thickness**3 / 12, rel=1e-9)
 
 
 # --- a sphere with friction
