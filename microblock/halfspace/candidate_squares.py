@@ -57,7 +57,7 @@ class SampledSquare(NamedTuple):
     def samples(self, numbers: Integers) -> Array:
         """Returns x1, x2 and f of numbered samples, array (k, 3)."""
         rows, columns = np.divmod(numbers, len(self.x2))
-        return np.column_stack((self.x1[rows], self.x2[columns], self.f.flat[numbers]))
+        return np.column_stack((self.x1[rows], self.x2[columns], self.f[rows, columns]))
 
 
 class CandidateSquares:
@@ -273,16 +273,18 @@ class CandidateSquares:
         b. the place farthest from where there is no obstacle is noted,
         c. and starts of valleys, which no neighbour undercuts.
         """
-        rows = (np.arange(count) + self._random.random(count)) / count - 0.5  # a
-        columns = (np.arange(count) + self._random.random(count)) / count - 0.5
-        x1 = middle[0] + side * rows
-        x2 = middle[1] + side * columns
-        parts = np.array_split(x1, 1 + count**2 // AT_ONCE)
-        f = np.vstack([self._least_gap(*np.meshgrid(part, x2, indexing="ij")) for part in parts])
+        in_rows = (np.arange(count) + self._random.random(count)) / count - 0.5  # a
+        in_columns = (np.arange(count) + self._random.random(count)) / count - 0.5
+        x1 = middle[0] + side * in_rows
+        x2 = middle[1] + side * in_columns
+        padded = np.full((count + 2, count + 2), np.inf)
+        f = padded[1:-1, 1:-1]
+        for rows in np.array_split(np.arange(count), 1 + count**2 // AT_ONCE):
+            f[rows] = self._least_gap(*np.meshgrid(x1[rows], x2, indexing="ij"))
         square = SampledSquare(x1, x2, f)
         if np.isinf(f).any():
             self._note_inner_place(square, side / count)  # b
-        starts = square.samples(_local_minima(f))  # c
+        starts = square.samples(_local_minima(padded))  # c
         starts = starts[np.argsort(starts[:, 2])[:VALLEYS]]
         self._starts = np.vstack((self._starts, np.insert(starts, 3, side / count, axis=1)))
         return square
@@ -349,20 +351,19 @@ class CandidateSquares:
         raise BadArgument("obstacle", self.obstacle, f"must {demand}{bounded}")
 
 
-def _local_minima(f: Array) -> Integers:
-    """Returns the numbers of the samples, array (n, n), that are below their neighbours; of a horizontal face
-    one, or few.
+def _local_minima(padded: Array) -> Integers:
+    """Returns the numbers of the samples, within a frame of inf, array (n + 2, n + 2), that are below their
+    neighbours; of a horizontal face one, or few.
     """
-    padded = np.pad(f, 1, constant_values=np.inf)
     width = len(padded)
     # few are below both neighbours in their row: these alone are compared with the other six
     middle = padded[1:-1, 1:-1]
     lower = (middle < padded[1:-1, :-2]) & (middle <= padded[1:-1, 2:])
     rows, columns = np.nonzero(lower)
     around = (rows + 1) * width + columns + 1
-    padded = padded.ravel()
+    values = padded.ravel()
     is_minimum = np.ones(len(rows), bool)
     for step in (-1, 0, 1):
-        is_minimum &= padded[around] < padded[around - width + step]
-        is_minimum &= padded[around] <= padded[around + width + step]
-    return np.asarray(rows * len(f) + columns)[is_minimum]
+        is_minimum &= values[around] < values[around - width + step]
+        is_minimum &= values[around] <= values[around + width + step]
+    return np.asarray(rows * (width - 2) + columns)[is_minimum]

@@ -18,7 +18,7 @@ from scipy.ndimage import map_coordinates, minimum_filter
 
 from ..contact_solvers.fft_compliance import Grid
 from ..model.periodic import EQUAL
-from ..model.types import Array
+from ..model.types import Array, Flags
 from .candidate_squares import CandidateSquares
 from .squares import SEARCH_CELLS, Squares, chebyshev_nodes, corner_response, node_places, response_matrix
 
@@ -29,8 +29,19 @@ def penetration_outside(state: Any, candidates: CandidateSquares) -> Array:
     """Returns places beside the squares of a SurfaceCells where the gap is negative, most first: array
     (k, 2) (lengths).
     """
-    low = _samples_below_approach(state, candidates)
-    low = low[state.grid.distance_outside(*low[:, :2].T) > 0]
+    low, is_outside = _samples_below_approach(state, candidates)
+    return _outside(state, candidates, low[is_outside])
+
+
+def penetration(state: Any, candidates: CandidateSquares) -> tuple[Array, Array]:
+    """Returns `penetration_outside`, and the same of places between the cells: arrays (k, 2) (lengths)."""
+    low, is_outside = _samples_below_approach(state, candidates)
+    outside = _outside(state, candidates, low[is_outside])
+    return outside, _between_cells(state, candidates, low[~is_outside])
+
+
+def _outside(state: Any, candidates: CandidateSquares, low: Array) -> Array:
+    """Returns as `penetration_outside`, of samples beside the squares, array (m, 3)."""
     places = low[:, :2]
     # on one square that may grow all count: which of them are deepest decides what it grows to
     if not isinstance(state.grid, Grid) or state.solver.options.window is not None:
@@ -38,22 +49,18 @@ def penetration_outside(state: Any, candidates: CandidateSquares) -> Array:
     return _negative_gaps(state, candidates, places, gaps_beside(state, places))
 
 
-def penetration_between_cells(state: Any, candidates: CandidateSquares) -> Array:
-    """Returns places between the cells of a SurfaceCells where the gap is negative, most first: array (k, 2)
-    (lengths).
-    """
-    grid = state.grid
-    low = _samples_below_approach(state, candidates)
-    low = low[grid.distance_outside(*low[:, :2].T) <= 0]
-    cells = grid.nearest(*low[:, :2].T)
-    flexibility, initial_gaps = state.solver.prepared(grid)
+def _between_cells(state: Any, candidates: CandidateSquares, low: Array) -> Array:
+    """Returns as `penetration_outside`, of samples in the squares, array (m, 3)."""
+    cells = state.grid.nearest(*low[:, :2].T)
+    flexibility, initial_gaps = state.solver.prepared(state.grid)
     f = initial_gaps.min(axis=0)
     neighbours = minimum_filter(f, (1, 3, 3)[-f.ndim :], mode="wrap" if state.is_whole else "nearest")
     # a twentieth of the indentation below all cells about it
     is_summit = low[:, 2] < neighbours[tuple(cells)] - (state.approach - candidates.lowest[2]) / 20
     if not is_summit.any():
         return low[:0, :2]
-    added = (flexibility @ (state.pressures * grid.area))[(slice(None), *cells[:, is_summit])]  # 1
+    forces = state.pressures * state.grid.area
+    added = (flexibility @ forces)[(slice(None), *cells[:, is_summit])]  # 1
     return _negative_gaps(state, candidates, low[is_summit, :2], added)
 
 
@@ -136,13 +143,15 @@ class LoadedSquare:
         return np.asarray(np.einsum("rckn,cn->rk", response, at_nodes))
 
 
-def _samples_below_approach(state: Any, candidates: CandidateSquares) -> Array:
-    """Returns x1, x2 and f of samples below the approach, within a period: array (m, 3) (lengths)."""
+def _samples_below_approach(state: Any, candidates: CandidateSquares) -> tuple[Array, Flags]:
+    """Returns x1, x2 and f of samples below the approach, within a period: array (m, 3) (lengths), and which
+    of them lie beside the squares.
+    """
     low = candidates.samples_below(state.approach)
     period = state.solver.period
     if period:
         low[:, :2] -= period * np.rint(low[:, :2] / period)
-    return low
+    return low, state.grid.distance_outside(*low[:, :2].T) > 0
 
 
 def _negative_gaps(state: Any, candidates: CandidateSquares, places: Array, added: Array) -> Array:

@@ -36,7 +36,7 @@ from .friction_solver import SurfaceFrictionSolver
 from .half_space import HalfSpace
 from .images import PeriodicGreen
 from .kernels import surface_kernels
-from .penetration import penetration_between_cells, penetration_outside
+from .penetration import penetration
 from .second_half_space import SecondBodyCells
 from .square_search import TRIES
 from .squares import CoupledSquares, SecondBodySquares, Squares
@@ -170,8 +170,7 @@ class SurfaceSolver(CellSolver):
         ContactLeavesWindow for a window that may be wider.
         """
         cut = any(square_search.presses_at_rim(state, 1))
-        outside = penetration_outside(state, candidates)
-        hidden = penetration_between_cells(state, candidates)
+        outside, hidden = penetration(state, candidates)
         if self.options.window is None and (cut or len(outside)):
             raise ContactLeavesWindow(np.vstack((*chain(*square_search.contact_boxes(state)), outside)))
         return _warnings(cut, outside, hidden, 2 * state.grid.count), len(hidden) > 0
