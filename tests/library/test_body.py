@@ -16,11 +16,13 @@ import pytest
 from conftest import dome, rectangle
 from ngsolve import x, y
 from ngsolve.meshes import MakeStructured2DMesh, MakeStructured3DMesh
+from scipy.sparse import csr_matrix
 
 import microblock as mb
 from microblock import BadArgument, Body, Contact, Cosserat, Newton, Plane, Unilateral, cost
 from microblock.fem import contact_term, factors, meshes, meshes3d
 from microblock.fem.body_spaces import FIELDS3D as FIELDS
+from microblock.fem.body_spaces import free_unknowns
 from microblock.fem.loads import Loads
 from tests import closed_forms
 
@@ -533,6 +535,31 @@ def test_what_bodies_in_space_are_expected_to_take(rate, measured):
     for unknowns, seconds, memory in measured:
         expected = cost.predict(rate, unknowns)
         assert 1 / 2 < expected.seconds / seconds < 2 and 1 / 1.5 < expected.memory / memory < 1.75
+
+
+@pytest.mark.parametrize("kind", [factors.Cholmod, factors.SuperLU])
+def test_factors_are_those_of_dense_algebra(kind):
+    """Unknowns of the contact lie between inner ones, and some belong to neither."""
+    if kind is factors.Cholmod and not factors.cholmod:
+        pytest.skip("CHOLMOD comes with cvxopt")
+    dense = np.random.default_rng(0).random((12, 12))
+    K = dense @ dense.T + np.eye(12)
+    contact, inner = np.array([0, 4, 9]), np.array([1, 2, 5, 7, 8, 11])
+    made = kind(csr_matrix(K), inner, contact)
+    K_ci = K[np.ix_(contact, inner)]
+    schur = K[np.ix_(contact, contact)] - K_ci @ np.linalg.solve(K[np.ix_(inner, inner)], K_ci.T)
+    np.testing.assert_allclose(np.tril(made.block), np.linalg.cholesky(schur), rtol=1e-12)
+    free = np.union1d(contact, inner)
+    right = np.arange(12.0)
+    solution = np.zeros(12)
+    solution[free] = np.linalg.solve(K[np.ix_(free, free)], right[free])
+    np.testing.assert_allclose(made.solve(right), solution, rtol=1e-11)  # of a condition of some 40
+
+
+@pytest.mark.parametrize("condense", [False, True])
+def test_free_unknowns_are_those_of_ngsolve(condense, block):
+    space = ng.H1(block, order=3, dirichlet="bottom")
+    assert free_unknowns(space, condense).tolist() == list(space.FreeDofs(condense))
 
 
 @pytest.mark.parametrize("usual, taken", [(factors.Cholmod, "condensed"), (factors.SuperLU, "newton")])
