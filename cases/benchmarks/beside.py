@@ -27,6 +27,7 @@ from scipy.fft import irfftn, rfftn
 
 import microblock as mb
 from microblock.threads import bounded
+from microblock.view import state_figure
 
 from . import peers, speed
 
@@ -85,10 +86,10 @@ def from_neighbour(rtol, read=lambda state: state):
 
 
 def slider():
-    """A picture in the layout of the one before, as of `explore`."""
-    before = CYLINDER.half_plane.solve(load=speed.LOAD, rtol=1e-3).plot()
-    before.png()
-    return from_neighbour(1e-3, lambda state: state.plot().png(before))
+    """A picture in the figure of the state before, as of `explore`."""
+    drawing = state_figure.draw(CYLINDER.half_plane.solve(load=speed.LOAD, rtol=1e-3))
+    drawing.lay_out()
+    return from_neighbour(1e-3, lambda state: state_figure.draw(state, drawing).png())
 
 
 def squares(h, method, order=2, solid=BLOCKS, law=mb.Microblock):

@@ -11,7 +11,9 @@ from ..errors import MicroblockError, MissingExtra, require_kind
 from ..model.law import Law, Microblock, Microclamped, Unilateral
 from ..model.material import Elastic
 from ..model.obstacles import Cylinder
+from ..model.results import saved
 from ..model.surfaces import Sphere
+from . import state_figure
 from .below import QUANTITIES
 
 if TYPE_CHECKING:
@@ -77,10 +79,10 @@ def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
     below = widgets.Image(format="png", layout={"max_width": "100%"})
     table = widgets.HTML()
     failed = widgets.HTML()
-    before: Any = None  # the drawing before, whose layout serves the next
+    drawing: Any = None
 
     def show(change: Any = None) -> None:
-        nonlocal state, before
+        nonlocal state, drawing
         failed.value = ""
         try:
             if change and change["owner"] is not field:
@@ -88,9 +90,13 @@ def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
                 changed = varied(problem, **values)
                 state = changed.solve(load=values["load"], rtol=rtol, initial=state)
             table.value = f"<pre>{escape(repr(state))}</pre>"
-            drawing: Any = state.plot()
-            picture.value = drawing.png(before)
-            before = drawing
+            if state.flat:
+                drawing = saved(state_figure.draw(state, drawing), None, None, state.warnings, state.caption)
+            else:
+                drawing = state.plot()
+            if not drawing.has_room():
+                drawing.lay_out()
+            picture.value = drawing.png()
             below.value = b""  # which a state without fields leaves
             if field.value != "none":
                 below.value = state.plot_below(field.value)._repr_png_()

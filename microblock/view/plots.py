@@ -33,71 +33,74 @@ STYLE: dict[Any, Any] = {
 styled = matplotlib.rc_context(STYLE)
 
 
-class Drawing(Figure):
-    """A figure that shows itself in a notebook."""
-
-    def _repr_png_(self) -> bytes:
-        return self.png()
-
-    def png(self, before: Drawing | None = None) -> bytes:
-        """Returns the picture. Its panels are where those of the drawing `before` it are, if that has the
-        room for titles, legends and numbers: to lay panels out takes as long as to draw them.
-        """
-        engine = self.get_layout_engine()
-        self._room = _room(self)
-        if before is not None and _has_room(before._room, self._room):
-            self._room = before._room
-            for axis, axis_before in zip(self.axes, before.axes):
-                axis.set_position(axis_before.get_position(original=True).bounds)
-            for text, text_before in zip(self.texts, before.texts):
-                text.set_position(text_before.get_position())
-        elif engine is not None:
-            engine.execute(self)
-        self.set_layout_engine(None)  # else matplotlib draws twice
-        image = io.BytesIO()
-        self.savefig(image, format="png", dpi=110, pil_kwargs={"compress_level": 1})
-        self.set_layout_engine(engine)
-        return image.getvalue()
-
-
 class Room(NamedTuple):
     """What a layout leaves room for.
 
     Attributes
     ----------
     titles : lines of the figure's titles
-    panels : of each panel its place on the grid, None of a colour bar, and whether it has a legend
-    letters : of each panel those of its longest number along x2
+    legends : of each panel whether it has one
+    letters : of each panel those of its longest number beside it
     """
 
     titles: list[int]
-    panels: list[tuple[Any, bool]]
+    legends: list[bool]
     letters: list[int]
 
 
-def _room(drawing: Figure) -> Room:
-    """Returns the Room that a figure needs."""
-    places = [axis.get_subplotspec() for axis in drawing.axes]
-    return Room(
-        titles=[text.get_text().count("\n") for text in drawing.texts],
-        panels=[
-            (place and place.get_position(drawing).bounds, axis.get_legend() is None)
-            for axis, place in zip(drawing.axes, places)
-        ],
-        letters=[
-            max((len(label.get_text()) for label in axis.get_yticklabels()), default=0)
-            for axis in drawing.axes
-        ],
-    )
+class Drawing(Figure):
+    """A figure that shows itself in a notebook.
 
-
-def _has_room(layout: Room, needed: Room) -> bool:
-    """Returns whether a layout leaves the room that another drawing needs, without colour bars, which lie
-    beside a grid.
+    Attributes
+    ----------
+    room : Room or None, of its last layout
     """
-    alike = layout.titles == needed.titles and layout.panels == needed.panels
-    on_grids = all(place for place, _ in needed.panels)
-    return alike and on_grids and all(a >= b for a, b in zip(layout.letters, needed.letters))
+
+    room: Room | None = None
+
+    def _repr_png_(self) -> bytes:
+        self.lay_out()
+        return self.png()
+
+    def lay_out(self) -> None:
+        """Places the panels, which takes as long as to draw them."""
+        self.room = self._needed_room()
+        engine = self.get_layout_engine()
+        if engine is not None:
+            engine.execute(self)
+
+    def png(self) -> bytes:
+        """Returns the picture of the panels where they are."""
+        engine = self.get_layout_engine()
+        self.set_layout_engine(None)  # with one matplotlib draws twice
+        image = io.BytesIO()
+        self.savefig(image, format="png", dpi=110, pil_kwargs={"compress_level": 1})
+        self.set_layout_engine(engine)
+        return image.getvalue()
+
+    def has_room(self) -> bool:
+        """Returns whether the last layout has the room for what is drawn now."""
+        needed = self._needed_room()
+        if self.room is None or self.room._replace(letters=needed.letters) != needed:
+            return False
+        return all(letters >= now for letters, now in zip(self.room.letters, needed.letters))
+
+    def empty(self) -> None:
+        """Takes what is drawn in the panels out of them."""
+        for axis in self.axes:
+            for artist in (*axis.lines, *axis.collections, *axis.texts, axis.get_legend()):
+                if artist is not None:
+                    artist.remove()
+            axis.relim()
+            axis.autoscale(True)
+
+    def _needed_room(self) -> Room:
+        numbers = [[label.get_text() for label in axis.get_yticklabels()] for axis in self.axes]
+        return Room(
+            titles=[text.get_text().count("\n") for text in self.texts],
+            legends=[axis.get_legend() is not None for axis in self.axes],
+            letters=[max(map(len, of_panel), default=0) for of_panel in numbers],
+        )
 
 
 def figure(

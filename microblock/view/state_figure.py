@@ -29,12 +29,15 @@ class Curve(NamedTuple):
 
 
 @plots.styled
-def draw(state: State) -> Figure:
-    """Returns the figure of a state about its contact."""
+def draw(state: State, drawing: plots.Drawing | None = None) -> Figure:
+    """Returns the figure of a state about its contact: that of a state before, drawn anew, or a new one."""
+    if drawing is None:
+        drawing = plots.Drawing((2 * plots.COLUMN, 2 * plots.COLUMN), layout="constrained")
+        panels: Any = [["pressure", "micromoment"], ["gap", "turn"], ["zones", "turn"], ["blocks", "blocks"]]
+        drawing.subplot_mosaic(panels, height_ratios=(2, 2, 0.2 * (1 + len(state.zones)), 3))
+    drawing.empty()
     surface = blocks.without_rounding(state.surface())
-    drawing = plots.Drawing((2 * plots.COLUMN, 2 * plots.COLUMN), layout="constrained")
-    panels: Any = [["pressure", "micromoment"], ["gap", "turn"], ["zones", "turn"], ["blocks", "blocks"]]
-    axes = drawing.subplot_mosaic(panels, height_ratios=(2, 2, 0.2 * (1 + len(state.zones)), 3))
+    axes = {axis.get_label(): axis for axis in drawing.axes}
     for name, lines in curves(surface).items():
         axes[name].axhline(0, color="0.85", linewidth=0.5, zorder=0)
         _plot(axes[name], surface, lines)
@@ -46,7 +49,7 @@ def draw(state: State) -> Figure:
             _cut(axes[name], 4 * state.load / state.contact_area)
     _bars(axes["zones"], state.zones, tuple(state.pressures))
     for name in (*LABELS, "zones"):
-        axes[name].set_xlim(surface.x[[0, -1]])
+        axes[name].set_xlim(surface.x[0], surface.x[-1])
         if name in ("turn", "zones"):  # the lowest panels
             axes[name].set_xlabel("$x_1$ (length)")
         else:

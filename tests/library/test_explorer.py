@@ -1,9 +1,10 @@
 """Sliders as their user sees them: states, pictures, what is offered, and what is refused."""
 
+import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.view import plots
+from microblock.view import plots, state_figure
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
 LAW, CYLINDER = mb.Microblock(0.001), mb.Cylinder(10.0)
@@ -21,7 +22,7 @@ class Sliders:
         (self.picture, self.below) = right.children
 
 
-def curves(drawing, before=None):
+def curves(drawing):
     """The numbers of all lines of a figure, as bytes."""
     return b"".join(line.get_xydata().tobytes() for axis in drawing.axes for line in axis.lines)
 
@@ -99,36 +100,53 @@ def test_the_law_and_the_field_below_are_chosen_from_lists():
     assert repr(plain).partition(", error")[0][1:] in sliders.table.value
 
 
-def drawn(highest, title="a state", bar=False):
-    """A drawing of a line up to a height, whose numbers take room, with a title."""
-    drawing, axis = plots.figure(height=1.0, width=1.5)
-    points = axis.scatter([0, 1], [0, highest], c=[0, 1])
-    if bar:
-        drawing.colorbar(points, ax=axis)
+def heights(drawing):
+    """The numbers of all lines of a figure."""
+    return np.concatenate([line.get_ydata() for axis in drawing.axes for line in axis.lines])
+
+
+def test_a_figure_drawn_anew_is_that_of_its_state():
+    """Limits, labels and legends are not those of the state before, of a law with two corners."""
+    contact = mb.Contact(PLANE, CYLINDER, LAW)
+    drawing = state_figure.draw(contact.solve(load=1.0, rtol=1e-2))
+    state = contact.with_(law=mb.Microclamped()).solve(load=0.5, rtol=1e-2)
+    assert state_figure.draw(state, drawing) is drawing
+    fresh = state_figure.draw(state)
+    np.testing.assert_allclose(*map(heights, (drawing, fresh)), rtol=1e-9, atol=1e-12)  # of psi = 0
+    for axis, fresh_axis in zip(drawing.axes, fresh.axes, strict=True):
+        assert axis.get_xlim() == pytest.approx(fresh_axis.get_xlim(), rel=1e-9)
+        if axis.get_label() != "turn":  # psi = 0, over an axis of rounding or none
+            assert axis.get_ylim() == pytest.approx(fresh_axis.get_ylim(), rel=1e-9)
+        assert [*map(type, axis.get_children())] == [*map(type, fresh_axis.get_children())]
+        assert axis.get_ylabel() == fresh_axis.get_ylabel()
+
+
+def lined(drawing, highest, title="a state", legend=False):
+    """A drawing with a line up to a height, whose numbers take room, and a title."""
+    drawing.empty()
+    axis = drawing.axes[0]
+    axis.plot([0, highest], label="p")
     drawing.suptitle(title)
+    if legend:
+        axis.legend()
     return drawing
 
 
-def place(drawing):
-    return drawing.axes[0].get_position().bounds
-
-
-def test_panels_stay_where_there_is_room_for_the_next_numbers():
-    wide, narrow, alone = drawn(0.001), drawn(5), drawn(5)
-    first = wide.png()
-    narrow.png(wide)
-    alone.png()
-    assert place(narrow) == place(wide) != place(alone)
-    again = drawn(0.001)
-    assert again.png(narrow) == first and place(again) == place(wide)
-
-
-@pytest.mark.parametrize("other", [{"highest": 1e-3}, {"title": "two\nlines"}, {"bar": True}], ids=str)
-def test_panels_move_where_there_is_no_room(other):
-    before = drawn(highest=5, bar="bar" in other)
-    before.png()
-    asked = {"highest": 5} | other
-    assert drawn(**asked).png(before) == drawn(**asked).png()
+@pytest.mark.parametrize(
+    "then, has_room",
+    [
+        ({"highest": 0.002}, True),
+        ({"highest": 5}, True),  # its numbers are shorter
+        ({"highest": 0.0002}, False),
+        ({"highest": 0.001, "title": "two\nlines"}, False),
+        ({"highest": 0.001, "legend": True}, False),
+    ],
+)
+def test_a_layout_stays_where_there_is_room(then, has_room):
+    drawing = lined(plots.figure(height=1.0, width=1.5)[0], 0.001)
+    assert not drawing.has_room()
+    drawing.lay_out()
+    assert lined(drawing, **then).has_room() == has_room
 
 
 def test_an_rtol_holds_for_each_state(as_curves):
