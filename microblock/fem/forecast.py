@@ -106,6 +106,10 @@ class OnGivenMesh(Solver):
             return refine_until(self, load, approach, rtol)
         return self.solution_at(load, approach, initial)
 
+    def refined_at(self, load: float | None, approach: float | None, coarse: Any) -> Any:
+        """Returns the solution on the mesh as it is, a finer one than that of the solution `coarse`."""
+        return self.solution_at(load, approach, coarse)
+
     def on(self, mesh: Any) -> Any:
         """Returns the solver of the same problem on another mesh."""
         return self.contact.with_(body=self.body.on(mesh), method=self.options).solver

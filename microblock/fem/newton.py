@@ -67,6 +67,21 @@ class NodalState:
         return max(self.residual, self.multiplier_change)
 
 
+@dataclass(frozen=True)
+class ContactGuess:
+    """A contact that is known without its fields, as of a coarser mesh.
+
+    Attributes
+    ----------
+    approach : float (length)
+    pressures : array (corners, n)
+        Of corners at the nodes (stress), at least 0.
+    """
+
+    approach: float
+    pressures: Array
+
+
 class MonolithicNewton:
     """Monolithic contact problem of a body, a law and an obstacle.
 
@@ -163,14 +178,18 @@ class MonolithicNewton:
                 self._arms[body.unknowns_of(name)] = body.solid.ell
 
     @bounded
-    def solve(self, level: float, start: NodalState | OnMesh | None = None) -> NodalState:
+    def solve(
+        self, level: float, start: NodalState | OnMesh | ContactGuess | None = None, residual: float = 0.0
+    ) -> NodalState:
         """Returns the contact state at this approach or load.
 
         Parameters
         ----------
         level : float
             Approach (length), or load (force per thickness), by `control`.
-        start : NodalState or OnMesh of the same body, optional
+        start : NodalState, OnMesh or ContactGuess of the same body, optional
+        residual : float
+            Relative, at which the iteration ends if it is larger than that of the linear systems.
 
         Raises
         ------
@@ -181,11 +200,13 @@ class MonolithicNewton:
         """
         require_finite(level=level)
         if start is not None:
-            require_kind((NodalState, OnMesh), "a NodalState", start=start)
+            require_kind((NodalState, OnMesh, ContactGuess), "a NodalState", start=start)
         pressed = self.control == "approach" or level > 0
         require(pressed, "load", level, "must be positive: contact cannot pull")
         unknowns = self._first_guess(level, start)
-        state = self._state(unknowns, 0)
+        has_forces = isinstance(start, NodalState | OnMesh)
+        goal = max(residual, self._systems.rtol)
+        state = self._state(unknowns, 0, start.pressures > 0 if isinstance(start, ContactGuess) else None)
         best = state
         visits: Counter[bytes] = Counter()
         factorised = None  # active set of the last matrix
@@ -202,7 +223,7 @@ class MonolithicNewton:
                 or state.multiplier_change < previous.multiplier_change
             )
             stalls = state.closed.tobytes() == factorised and not falls
-            if state.kkt <= self._systems.rtol or stalls:
+            if state.kkt <= goal or stalls:
                 break
             active = state.closed.tobytes()
             if active != factorised:
@@ -211,15 +232,15 @@ class MonolithicNewton:
                     reason = "the active set cycles"
                     break
                 factorised = active
-                self._contact.AssembleLinearization(unknowns.vec)
+                self._linearise(unknowns, state.closed)
                 self._systems.add(self._contact.mat, self.free, partial(self._springs, state.closed))
             previous = state
-            first_guess = iteration == 0 and start is None  # whose forces may be any
-            if self._multipliers_given and not first_guess:
+            # those of a first guess may be any
+            if self._multipliers_given and (iteration or has_forces):
                 for given, stress in zip(self._given, -state.forces / self.facets.weights):
                     given.vec.data = self.facets.field(stress).vec
                 state = self._state(unknowns, iteration, state.closed)
-            unknowns.vec.data -= self._systems.solve(state.variation)
+            unknowns.vec.data -= self._systems.solve(state.variation, goal / previous.kkt)
         if not best.kkt <= SOLVED:
             raise NotConverged(
                 f"Newton stopped at {self.control} {level:g} after {best.iterations} iterations, relative "
@@ -228,7 +249,7 @@ class MonolithicNewton:
             )
         return best
 
-    def _first_guess(self, level: float, start: NodalState | OnMesh | None) -> Any:
+    def _first_guess(self, level: float, start: NodalState | OnMesh | ContactGuess | None) -> Any:
         """Returns unknowns with the prescribed values, those of a start, and an approach with contact."""
         unknowns = ng.GridFunction(self.space)
         supports.prescribe(self.body, unknowns.components)
@@ -238,10 +259,13 @@ class MonolithicNewton:
         if start is None and self.control == "approach" and not self.body.in_space:
             # a classical contact closes where a rigid one overlaps at a half (in space) to a fifth of it
             stresses += 3 / 4 * self.rho * max(level - self._first, 0.0) * self._up
-        if start is not None:  # supports keep the values of this body
+        if start is not None:
+            approach = start.approach - self._first
+        if isinstance(start, ContactGuess):
+            stresses = -start.pressures
+        elif start is not None:  # supports keep the values of this body
             free = self._balanced[: self.body.space.ndof]
             values[: len(free)][free] = start.fields.values[free]
-            approach = start.approach - self._first
             stresses = -start.forces / self.facets.weights
         if self.method == "al":
             for multiplier, stress in zip(self._multipliers(unknowns), stresses):
@@ -253,6 +277,20 @@ class MonolithicNewton:
             self._load.Set(level)
             values[-1] = max(approach, self._closing(unknowns, level if start is None else 0.0))
         return unknowns
+
+    def _linearise(self, unknowns: Any, closed: Flags) -> None:
+        """Assembles the tangent of the contact term with these corners closed, (corners, n): of given
+        multipliers its sign of (40) alone counts.
+        """
+        given = [multiplier.vec.Copy() for multiplier in self._given]
+        if self._multipliers_given:
+            gaps = self._g0 - self._corners(unknowns)[1] - unknowns.vec[-1] * self._up
+            beyond = 2 * np.abs((self.rho * gaps)[np.isfinite(gaps)]).max()
+            for multiplier, flags in zip(self._given, closed):
+                multiplier.vec.data = self.facets.field(np.where(flags, -beyond, beyond)).vec
+        self._contact.AssembleLinearization(unknowns.vec)
+        for multiplier, values in zip(self._given, given):
+            multiplier.vec.data = values
 
     def _multipliers(self, vectors: Any) -> list[Array]:
         """Returns coefficients of the corners' multipliers, over `_unit`, arrays (unknowns,)."""

@@ -7,15 +7,16 @@ from typing import Any
 from ..errors import require
 from ..model.events import LoadPath
 from ..model.history import History
-from ..model.solver import Solver
+from ..model.solver import SOLVED, Solver
 from ..model.types import Array
 from .condensation import clamped_on_contact, require_nothing_prescribed, require_pressed
 from .facets import ContactFacets
 from .forecast import OnGivenMesh
 from .friction import FollowsFriction
 from .mesh_solution import MeshSolution, OnMesh
-from .newton import MonolithicNewton, NodalState
+from .newton import ContactGuess, MonolithicNewton, NodalState
 from .solver3d import Solver3D
+from .state3d import SurfaceNodes
 from .supports import pressed
 
 
@@ -50,11 +51,17 @@ class NewtonSolver(FollowsFriction, OnGivenMesh):
 
     def solution_at(self, load: float | None, approach: float | None, initial: Any = None) -> OnMesh:
         """Returns the solution on the mesh as it is, from a solution on the same body on."""
-        alike = isinstance(initial, OnMesh) and len(initial.forces) == len(self.law.corners)
+        alike = isinstance(initial, OnMesh) and len(initial.forces) == len(self.nodes.g0)
         alike = alike and initial.fields.body is self.nodes.body
+        return self.solution_from(initial if alike else None, load, approach)
+
+    def solution_from(
+        self, start: Any, load: float | None, approach: float | None, residual: float = 0.0
+    ) -> OnMesh:
+        """Returns the solution from a start and to a residual of `MonolithicNewton.solve`."""
         control = "load" if approach is None else "approach"
         level: Any = load if approach is None else approach
-        return self.of(self.newton(control).solve(level, initial if alike else None))
+        return self.of(self.newton(control).solve(level, start, residual))
 
     def of(self, state: NodalState) -> OnMesh:
         """Returns the MeshSolution of a NodalState."""
@@ -98,6 +105,12 @@ class NewtonSolver3D(NewtonSolver, Solver3D):
     rate = "newton in space"
     most_unknowns = 1_000_000  # some minutes
     time_factor = 1.0  # its states are those of Condensed()
+
+    def refined_at(self, load: float | None, approach: float | None, coarse: SurfaceNodes) -> OnMesh:
+        guess = ContactGuess(coarse.approach, coarse.pressures_over(self))
+        if self.penalizes or not guess.pressures.any():
+            return self.solution_at(load, approach)
+        return self.solution_from(guess, load, approach, SOLVED)
 
     def follows(self, pairs: Array) -> bool:
         return False

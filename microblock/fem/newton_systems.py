@@ -21,6 +21,8 @@ from .contact_nodes import ContactNodes
 
 MOST_FACTORISED = 20_000  # unknowns, beyond which multigrid takes less time than factors of the fields
 SOFTEST = 1e-6  # springs at open nodes over the stiffest: as good as none
+LEAST_ERROR = 1e-4  # of a step of Newton's method: (40) leaves more of it
+MOST_ERROR = 0.1  # above it the closed corners change again
 SPREAD = 0.01  # part of the springs that acts between nodes too: BDDC inverts the matrix of each facet
 
 
@@ -71,8 +73,8 @@ class Direct:
                 f"no factorisation: {failure}; is the body supported, and is something in contact?"
             ) from failure
 
-    def solve(self, residual: Any) -> Any:
-        """Returns the solution, a vector."""
+    def solve(self, residual: Any, error: float = 0.0) -> Any:
+        """Returns the solution, a vector, with a relative error that may be as large as `error`."""
         return (self._inverse * residual).Evaluate()
 
 
@@ -117,11 +119,12 @@ class ConjugateGradients:
                 self._precondition(number, self._matrix, free, of_fields[number])
         self._factorise(self._approach, self._matrix, free)
 
-    def solve(self, residual: Any) -> Any:
-        """Returns the solution but for a ten-thousandth of the residual, a vector."""
+    def solve(self, residual: Any, error: float = 0.0) -> Any:
+        """As of `Direct`, but for an error that is at least LEAST_ERROR and at most MOST_ERROR."""
         blocks = reduce(add, self._preconditioners.values())
+        tolerance = float(np.clip(error, LEAST_ERROR, MOST_ERROR))
         with self._tasks():
-            return (CGSolver(self._matrix, blocks, tol=1e-4, maxiter=3000) * residual).Evaluate()
+            return (CGSolver(self._matrix, blocks, tol=tolerance, maxiter=3000) * residual).Evaluate()
 
     def _tasks(self) -> AbstractContextManager[Any]:
         """NGSolve's threads for large systems, where there is more than one outside."""

@@ -233,8 +233,11 @@ def _meshes(
     mesh = solver.body.mesh
     for number in range(1, PASSES + 1):
         try:
-            solver = solver.on(mesh) if number > 1 else solver
-            solution = solver.solution_at(load, approach, solution)
+            if solution is None:
+                solution = solver.solution_at(load, approach)
+            else:
+                solver = solver.on(mesh)
+                solution = solver.refined_at(load, approach, solution)
             errors = estimate(solution)
             boundary = _boundary(solution)
         except BadArgument as failure:

@@ -184,18 +184,24 @@ class Solver3D(OnGivenMesh):
 
     def solution_at(self, load: float | None, approach: float | None, initial: Any = None) -> OnMesh:
         """Returns the solution on the mesh as it is, from another one there or None."""
+        alike = isinstance(initial, SurfaceNodes) and initial.nodes is self.nodes
+        alike = alike and len(initial.forces) == len(self.initial_gaps)
+        return self._solution_from(initial.forces if alike else None, load, approach)
+
+    def refined_at(self, load: float | None, approach: float | None, coarse: SurfaceNodes) -> OnMesh:
+        return self._solution_from(coarse.pressures_over(self) * self.nodes.weights, load, approach)
+
+    def _solution_from(self, start: Array | None, load: float | None, approach: float | None) -> OnMesh:
+        """Returns the solution from forces of the corners, array (corners, n), or None."""
         share = self.shares
         H = self.flexibility
         residual = 1e-9
-        # a refinement comes from other nodes
-        alike = isinstance(initial, SurfaceNodes) and initial.nodes is self.nodes
-        alike = alike and len(initial.forces) == len(self.initial_gaps)
         contact = projected_gradients.solve_matrix_free(
             H,
             self.initial_gaps / share,
             load=load,
             approach=approach,
-            start=initial.forces * share if alike else None,
+            start=None if start is None else start * share,
             rtol=residual,
         )
         require(contact.load > 0, "approach", approach, NOT_YET)

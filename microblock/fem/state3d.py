@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
@@ -80,6 +81,18 @@ class SurfaceNodes(OnMesh, SpaceSolution):
     def between(self, values: Array, places: Array) -> Array:
         """Returns nodal values, (n,), at places, (k, 2) or (k, 3): (k,), linear on triangles, 0 beyond."""
         return np.nan_to_num(self.nodes.interpolated(values[None], *places.T[:2])[0])
+
+    def pressures_over(self, finer: Any) -> Array:
+        """Returns pressures of the corners at the nodes of a solver on another mesh, array (corners, k), at
+        least 0: linear between nodes, of which open ones have the tension that would close them over their
+        spacing.
+        """
+        gaps = self.solver.at_nodes.gaps(self.displacement, self.psi, self.approach, self.counter_along)
+        tension = self.solver.solid.E_star * gaps / np.sqrt(self.nodes.weights)
+        highest = self.pressures.max()  # gaps may be infinite
+        pressures = np.where(self.pressures > 0, self.pressures, -np.clip(tension, 0.0, highest))
+        pressures = np.fmax(self.nodes.interpolated(pressures, *finer.nodes.points.T[:2]), 0.0)
+        return np.where(np.isfinite(finer.initial_gaps), pressures, 0.0)
 
     def counter_displacement(self, places: Array) -> Array:
         counter = self.solver.counter
