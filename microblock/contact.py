@@ -409,7 +409,7 @@ class Contact:
     @bounded
     def history(
         self,
-        pairs: Sequence[tuple[float, float]],
+        pairs: Sequence[Sequence[float]],
         *,
         coupled: bool = True,
         rtol: float | None = None,
@@ -423,10 +423,11 @@ class Contact:
 
         Parameters
         ----------
-        pairs : sequence of (P, Q), in three dimensions of (P, Q1, Q2)
+        pairs : sequence of (P, Q) or (P, Q, S), in three dimensions of (P, Q1, Q2)
             Normal and shear force per thickness, followed on straight ways from (0, 0); Q > 0 drags the
-            surface along x1. In three dimensions forces along x1 and x2, on a half-space or a mesh whose
-            contact boundary is level.
+            surface along x1. S is a bulk stress along x1 of a half-plane, tensile if positive, as of
+            fretting fatigue; a second half-plane has none. In three dimensions forces along x1 and x2, on a
+            half-space or a mesh whose contact boundary is level.
         coupled : bool
             Whether shear tractions act on the gaps; pressures act on the tangential problem in any case.
         rtol : float, optional
@@ -443,7 +444,7 @@ class Contact:
         ------
         BadArgument
             If the law has no friction, a pair is out of range (P > 0, absolute value of Q up to f P), or the
-            method cannot follow friction, such as blocks on a second half-space.
+            method cannot follow friction, such as blocks on a second half-space, or a bulk stress.
         NotConverged
             If an rtol that is given is out of reach, or the friction so large that the answer is not unique.
 
@@ -462,7 +463,11 @@ class Contact:
         rtol = require_tolerance(rtol)
         loads = pairs_of(pairs, friction, over_surface(self.body))
         problem = self._on_scale(float(loads[:, 0].max()))
-        followers = [solver for solver in problem._solvers if solver.follows(loads)] or [problem.solver]
+        able = problem._solvers
+        if loads.shape[1] > 2 and not over_surface(self.body):
+            able = [solver for solver in able if solver.takes_bulk_stress]
+            require(able, "pairs", pairs, "have a bulk stress, which Cells() on a HalfPlane follows alone")
+        followers = [solver for solver in able if solver.follows(loads)] or [problem.solver]
         with counting("history", progress):
             return first_answer(
                 map(Candidate, followers),

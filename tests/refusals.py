@@ -179,7 +179,7 @@ KINDS = {
     "part": "None 'x' -1 nan [] object() int SOLID GROUND CYLINDER SPHERE LAW BODY MESH",
     "function": "None 'x' -1 nan [] object() SOLID",
     "drawn": "-1 'x.foo' '/proc/x.png'",  # which is found after the drawing
-    "pairs": "None 'x' 1 [] [1] [(1,)] [(1,0,0)] [(1,'x')] [(nan,0)] [(inf,0)] [(-1,0)] [(0,0)] [(1,9)]",
+    "pairs": "None 'x' 1 [] [1] [(1,)] [(1,0,0,0)] [(1,'x')] [(nan,0)] [(inf,0)] [(-1,0)] [(0,0)] [(1,9)]",
     # words for an option of a command, by the type of its values
     float: "nan inf x -1 0 1e300 1e-300",
     int: "1.5 x -1 0",

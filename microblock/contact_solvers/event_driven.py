@@ -86,7 +86,7 @@ class Limits:
 
 
 class EventDrivenContact:
-    """The contact along loads (P, Q), from first touch on.
+    """The contact along loads (P, Q) and a bulk stress, from first touch on.
 
     Attributes
     ----------
@@ -94,7 +94,9 @@ class EventDrivenContact:
     sets : ActiveSets
     changes : list of Change
     legs : number of legs so far
+    bulk : bulk stress
     work, dissipation : float
+        A bulk stress does the work that the forces do not do as they are dragged along with it.
     """
 
     def __init__(self, contact: FrictionalContact) -> None:
@@ -103,6 +105,7 @@ class EventDrivenContact:
         self.contact = contact
         self.rows = rows
         self.legs = 0
+        self.bulk = 0.0
         self.changes: list[Change] = []
         self.work = 0.0
         self.dissipation = 0.0
@@ -130,18 +133,18 @@ class EventDrivenContact:
 
     @property
     def loads(self) -> Array:
-        """(P, Q)."""
-        return self.y[self.rows.motions].copy()
+        """(P, Q) and the bulk stress."""
+        return np.append(self.y[self.rows.motions], self.bulk)
 
-    def follow(self, load: float, shear: float) -> FrictionState:
-        """Follows loads (P, Q) on a straight way; returns the state at its end. Raises NotConverged if rates
-        are not unique or there are none; `reached` says where.
+    def follow(self, load: float, shear: float, bulk: float = 0.0) -> FrictionState:
+        """Follows loads (P, Q) and a bulk stress on a straight way; returns the state at its end. Raises
+        NotConverged if rates are not unique or there are none; `reached` says where.
         """
-        end = np.array((load, shear))
+        end = np.array((load, shear, bulk))
         try:
             self._follow_leg(end, end - self.loads)
         except NotConverged as failure:
-            P, Q = self.loads.tolist()
+            P, Q, _ = self.loads.tolist()
             raise NotConverged(
                 f"the history stopped at ({P:.6g}, {Q:.6g}) on the way to ({load:.6g}, {shear:.6g}): "
                 f"{failure}",
@@ -151,7 +154,7 @@ class EventDrivenContact:
         return self.state()
 
     def _follow_leg(self, end: Array, way: Array) -> None:
-        """Follows loads from where they are by a `way` to the end of a leg, arrays (2,)."""
+        """Follows loads from where they are by a `way` to the end of a leg, arrays (3,)."""
         if self.sets.flat:
             self._stop_at_full_slip(end, way)
         done = 0.0
@@ -161,9 +164,10 @@ class EventDrivenContact:
             self._require_unique(limits, way)  # 3
             self._note_changes(done)
             step, numbers = limits.step(1 - done)  # 4
-            self._advance(limits, step)
+            self._advance(limits, step, way)
             if step == 1 - done:
-                self.y[self.rows.motions] = end
+                self.y[self.rows.motions] = end[:2]
+                self.bulk = float(end[2])
                 self._correct_rounding()  # 6
                 return
             done += step
@@ -189,13 +193,18 @@ class EventDrivenContact:
 
     def _rates(self, way: Array) -> tuple[Array, Array]:
         """Returns rates of x and y, arrays (N,), while loads grow by `way` over the leg."""
+        _, nodes, motions = self.rows
         exchanged = self.sets.tableau.exchanged
+        stretched = way[2] / self._size * self.contact.stretch
         given = np.zeros(len(self.x))
-        given[self.rows.motions] = way
-        rates = self.sets.tableau.times(self.rows.motions, way)
+        given[motions] = way[:2]
+        given[nodes] = np.where(exchanged[nodes], -stretched, 0.0)
+        rows = slice(nodes.start if way[2] else motions.start, motions.stop)
+        rates = self.sets.tableau.times(rows, given[rows])
         dx = np.where(exchanged, rates, given)
         dy = np.where(exchanged, given, rates)
-        dx[self.rows.nodes] += self.sets.slips * self._bound(dx)
+        dy[nodes] += stretched
+        dx[nodes] += self.sets.slips * self._bound(dx)
         return dx, dy
 
     def limits(self, way: Array) -> Limits:
@@ -267,12 +276,14 @@ class EventDrivenContact:
             if trial.sets.exchange(number, limits.velocity) and not len(trial.limits(way).violated):
                 raise NotConverged(f"the answer is not unique, as there are several ways on; {UNIQUE}")
 
-    def _advance(self, limits: Limits, step: float) -> None:
-        """4: goes on by a step; means over the step make work and dissipation exact."""
+    def _advance(self, limits: Limits, step: float, way: Array) -> None:
+        """4: goes on by a step of a way; means over the step make work and dissipation exact."""
         corners, nodes, motions = self.rows
         mean_x = self.x + step / 2 * limits.dx
         mean_loads = self.y[motions] + step / 2 * limits.dy[motions]
         self.work += step * self._size * float(mean_loads @ limits.dx[motions])
+        self.work -= step * way[2] * float(np.sum(mean_x[nodes] * self.contact.stretch))
+        self.bulk += step * way[2]
         if not self.contact.coupled:  # the gaps do not know what the shear does to them; its work they do
             self.work += step * float(limits.dx[nodes] @ self.contact.cross @ mean_x[corners])
         power = (mean_x[nodes] * limits.dy[nodes])[self.sets.slips != 0].sum()
@@ -295,6 +306,7 @@ class EventDrivenContact:
         displaced = self.contact.displaced(self.x[corners], self.x[nodes]) / self._size
         y = np.append(displaced - self._motions @ self.x[motions], self._motions.T @ self.x[: nodes.stop])
         y[corners] += self.contact.gaps / self._size
+        y[self.rows.nodes] += self.bulk / self._size * self.contact.stretch
         can_touch = np.isfinite(self.y)
         return np.where(can_touch, y, 0.0) - np.where(can_touch, self.y, 0.0)
 
@@ -334,7 +346,7 @@ class EventDrivenContact:
             energy += tangential @ contact.cross @ normal
         slip = -self.y[nodes] - self._first_contact
         bound = self._bound(self.x)
-        load, shear = self.loads.tolist()
+        load, shear, bulk = self.loads.tolist()
         approach, offset = (self._size * self.x[motions]).tolist()
         return FrictionState(
             load=load,
@@ -354,6 +366,7 @@ class EventDrivenContact:
             work=self.work,
             dissipation=self.dissipation,
             residual=self._largest_residual(max(np.abs(gap_changes).max(), np.abs(displaced).max())),
+            bulk=bulk,
         )
 
     def _largest_residual(self, displacement: float) -> float:

@@ -3,13 +3,13 @@
 Corner forces n >= 0 and tangential forces t at nodes leave the gaps g and drag the surface by s along it. The
 obstacle moves by u = (d, D), d along -e2 and D along e1, and bears the loads (P, Q):
 
-    g = g0 + H n + C^T t - B_n u,     s = C n + T t,     (P, Q) = B_n^T n + B_t^T t,                    (c)
+    g = g0 + H n + C^T t - B_n u,     s = C n + T t + S e,     (P, Q) = B_n^T n + B_t^T t,              (c)
 
-with the rows (n2, -n1) of B_n and (n1, n2) of B_t at the normal (n1, n2). A node sticks while B_t u - s does
-not change; it slips in the direction sigma of t while |t| = f times the sum of n. Uncoupled, C^T t is left
-out.
+with the drag e of nodes under a unit bulk stress, of which S is, and the rows (n2, -n1) of B_n and (n1, n2)
+of B_t at the normal (n1, n2). A node sticks while B_t u - s does not change; it slips in the direction sigma
+of t while |t| = f times the sum of n. Uncoupled, C^T t is left out.
 
-With x = (n, t, u) and y = (g, s - B_t u, (P, Q)), (c) is y = (g0, 0, 0) + M x with M = [[A, -B], [B^T, 0]].
+With x = (n, t, u) and y = (g, s - B_t u, (P, Q)), (c) is y = (g0, S e, 0) + M x with M = [[A, -B], [B^T, 0]].
 """
 
 from dataclasses import dataclass
@@ -42,6 +42,7 @@ class FrictionalContact:
     gaps : array (corners n,), g0 (lengths), inf where a corner cannot touch
     coupled : whether tangential forces act on gaps
     normals : array (n, 2), of the nodes; (0, 1) without it
+    stretch : array (n,), e (length per stress); 0 without a bulk stress
     """
 
     normal: Array
@@ -51,6 +52,7 @@ class FrictionalContact:
     friction: float
     coupled: bool = True
     normals: Array | None = None
+    stretch: Array | float = 0.0
 
     def __post_init__(self) -> None:
         require(self.nodes, "tangential", self.tangential, "must be of one node or more")
@@ -108,7 +110,7 @@ class FrictionState:
 
     Attributes
     ----------
-    load, shear : P and Q (force)
+    load, shear, bulk : P and Q (force), and the bulk stress
     normal, gaps : arrays (corners n,), forces and gaps
     tangential, slip : arrays (n,), forces, and slip since first contact (length)
     gap_changes : array (corners n,), changes of the gaps by forces (lengths)
@@ -117,6 +119,7 @@ class FrictionState:
     at_limit : boolean array (n,), nodes with the largest shear force
     iterations : changes so far
     approach, offset : d and D (length)
+    energy : of the forces
     residual : largest violated condition over the largest force or displacement
     """
 
@@ -137,3 +140,4 @@ class FrictionState:
     work: float
     dissipation: float
     residual: float
+    bulk: float = 0.0

@@ -171,7 +171,8 @@ class FrictionCells(PairSolution):
     @cached_property
     def fields(self) -> HalfPlaneBelow:
         edges = self.edges[:, 0], self.edges[:, 1]
-        return below_cells(self.problem, edges, self.pressures, self.micromoment, self.shear_traction)
+        loads = self.pressures, self.micromoment, self.shear_traction
+        return below_cells(self.problem, edges, *loads, bulk=self.friction_state.bulk)
 
     def pressure(self, corner: int, x: Array) -> Array:
         """Returns the pressure of a corner at x, arrays (n,): a polygon through the centres."""

@@ -59,8 +59,8 @@ class HistoryLevel(RefinementLevel[History]):
 
 @dataclass(frozen=True)
 class FrictionSolver:
-    """Histories of one Contact through pairs of loads, array (n, 2); `solver` is that without history. Cells
-    lie where the contact under so many `times` the largest load may be.
+    """Histories of one Contact through pairs of loads, array (n, 2), or with bulk stresses (n, 3); `solver`
+    is that without history. Cells lie where the contact under so many `times` the largest load may be.
     """
 
     solver: Any
@@ -163,17 +163,17 @@ class FrictionSolver:
         first = frictional_contact(self.problem, edges, gaps, self.coupled)
         path = EventDrivenContact(with_second_body(first, self.problem, edges))
         solutions = [self._solution(edges, first, path, *pair) for pair in self.pairs.tolist()]
-        noted = events(path.changes, first.friction, edges, self.pairs)
+        noted = events(path.changes, first.friction, edges, self.pairs[:, :2])
         steep = _steep_places(solutions, noted)
         if before is not None:
             steep += [x for x in before.steep if all(abs(x - place) > before.band for place in steep)]
         return HistoryOnCells(edges, solutions, noted, band, steep)
 
     def _solution(
-        self, edges: Array, first: FrictionalContact, path: EventDrivenContact, load: float, shear: float
+        self, edges: Array, first: FrictionalContact, path: EventDrivenContact, *loads: float
     ) -> FrictionCells:
         """Returns the FrictionCells to which the path goes on; `first` is without the second body."""
-        forces = path.follow(load, shear)
+        forces = path.follow(*loads)
         self._require_inside(edges, forces.closed.reshape(-1, len(edges)))
         by_cell = one_force_a_cell(forces, len(edges))
         gap_changes = first.normal @ by_cell.normal + first.cross.T @ by_cell.tangential

@@ -175,6 +175,7 @@ class LineSolver(CellSolver):
     cheap = 2**13  # cells, which take .1 to .5 s
     rate = "cells"
     usual_history_rtol = 5e-2
+    takes_bulk_stress = True
 
     def __init__(self, contact: ContactLike, options: Any) -> None:
         super().__init__(contact, options)

@@ -64,7 +64,10 @@ def frictional_contact(
         normal = np.block([[U + a * b * W + (a - b) * V for b in levers] for a in levers])
         cross = np.hstack([-(Y + V) - b * (even + W) for b in levers])
         tangential = U + 2 * even + W
-    return FrictionalContact(normal, cross, tangential, np.ravel(gaps), law.friction, coupled)
+    stretch = edges.mean(axis=1) / problem.solid.E_star
+    return FrictionalContact(
+        normal, cross, tangential, np.ravel(gaps), law.friction, coupled, stretch=stretch
+    )
 
 
 def with_second_body(contact: FrictionalContact, problem: Problem, edges: Array) -> FrictionalContact:
@@ -79,6 +82,7 @@ def with_second_body(contact: FrictionalContact, problem: Problem, edges: Array)
         normal=contact.normal + normal,
         cross=np.tile(contact.cross, (count, 1)) + cross,
         tangential=np.tile(contact.tangential, (count, count)) + normal,
+        stretch=np.tile(contact.stretch, count),
     )
 
 

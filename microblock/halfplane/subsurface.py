@@ -70,6 +70,8 @@ class BelowSurface(Generic[Loads]):
         on it.
     second : FieldsBelow or None
         Of the second body, where there is one.
+    bulk : float
+        Stress along x1 far away, on a half-plane.
     """
 
     solid: Cosserat
@@ -78,6 +80,7 @@ class BelowSurface(Generic[Loads]):
     period: float | None = None
     upper: bool = False
     second: FieldsBelow | None = None
+    bulk: float = 0.0
 
     def lowered(self, name: str, up: Array, shallowest: float) -> Array:
         """Returns coordinates along the normal as those of a lower half, arrays (n,), at least so far below
@@ -117,6 +120,10 @@ class HalfPlaneBelow(BelowSurface[Sequence[SurfaceLoads]]):
         if self.upper:
             values[[FIELD_NAMES.index(name) for name in MIRRORED]] *= -1
         psi, theta, slope, u1, u2, s11, s12, s21, s22, m1, m2 = values
+        strain = self.bulk / self.solid.E_star
+        u1 = u1 + strain * x1
+        u2 = u2 - strain * self.solid.nu / (1 - self.solid.nu) * x2
+        s11 = s11 + self.bulk
         return HalfPlaneFields(
             x1,
             x2,
@@ -236,10 +243,11 @@ def below_cells(
     micromoment: Array,
     shear: Array,
     period: float | None = None,
+    bulk: float = 0.0,
 ) -> HalfPlaneBelow:
     """Returns the fields of means over cells from left to right edges, arrays (n,), of a problem: pressures
     of corners, array (corners, n), micromoment and shear, arrays (n,), of which on a second body each corner
-    has a share as of the pressure.
+    has a share as of the pressure. A bulk stress acts along x1.
     """
     clamped = problem.law.clamps_rotation
     total = pressures.sum(axis=0)
@@ -253,9 +261,8 @@ def below_cells(
             for p, part, shift in zip(pressures, share, problem.shifts)
         ]
         second = HalfPlaneBelow(problem.counter, False, loads, period, upper=True)
-    return HalfPlaneBelow(
-        problem.solid, clamped, [cell_loads(*edges, means, pressed, period)], period, second=second
-    )
+    loads = [cell_loads(*edges, means, pressed, period)]
+    return HalfPlaneBelow(problem.solid, clamped, loads, period, second=second, bulk=bulk)
 
 
 def modes(

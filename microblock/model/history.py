@@ -141,14 +141,17 @@ class History(PlainData):
 
 
 def pairs_of(pairs: ArrayLike, friction: float, in_space: bool = False) -> Array:
-    """Returns pairs (P, Q) as an array (n, 2), in space (P, Q1, Q2) as (n, 3), with |Q| beyond f P by
-    rounding as f P; raises BadArgument unless they are finite, with P > 0 and |Q| <= f P.
+    """Returns pairs (P, Q) as an array (n, 2), in space (P, Q1, Q2) and with a bulk stress that is not 0
+    (P, Q, S) as (n, 3), with |Q| beyond f P by rounding as f P; raises BadArgument unless they are finite,
+    with P > 0 and |Q| <= f P.
     """
-    what = "triples (P, Q1, Q2)" if in_space else "pairs (P, Q)"
+    what = "triples (P, Q1, Q2)" if in_space else "pairs (P, Q), or (P, Q, bulk stress),"
     columns = 3 if in_space else 2
-    forces = require_floats(f"must be {what} of numbers", pairs=pairs)
-    good = forces.ndim == 2 and forces.shape[1] == columns and len(forces) and np.isfinite(forces).all()
+    loads = require_floats(f"must be {what} of numbers", pairs=pairs)
+    good = loads.ndim == 2 and loads.shape[1] in (columns, 3) and len(loads) and np.isfinite(loads).all()
     require(good, "pairs", pairs, f"must be one or more {what} of finite numbers")
+    forces = loads[:, :columns]
+    bulk = loads[:, columns:]
     for P, *Q in forces.tolist():
         require(P > 0, "pairs", (P, *Q), "must have a positive normal force P")
         words = f"must have |Q| <= f P = {friction * P}: beyond it the obstacle slides on without end"
@@ -156,4 +159,4 @@ def pairs_of(pairs: ArrayLike, friction: float, in_space: bool = False) -> Array
     normal = forces[:, :1]
     sizes = np.linalg.norm(forces[:, 1:], axis=1, keepdims=True)
     within = np.divide(friction * normal, sizes, out=np.ones_like(sizes), where=sizes > friction * normal)
-    return np.hstack((normal, forces[:, 1:] * within))
+    return np.hstack((normal, forces[:, 1:] * within, bulk[:, bulk.any(axis=0)]))

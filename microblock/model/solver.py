@@ -37,6 +37,8 @@ class Solver:
     ----------
     contact, body, solid, obstacle, law, blocks
         Of the problem.
+    takes_bulk_stress : bool
+        Whether it follows histories with one.
     has_approach : bool
         Whether the approach means something.
     has_fitted_zones : bool
@@ -62,6 +64,7 @@ class Solver:
     """
 
     has_approach = True
+    takes_bulk_stress = False
     has_fitted_zones = False
     usual_rtol: float | None = None
     usual_history_rtol: float | None = None
@@ -212,7 +215,9 @@ class Solver:
         )
 
     def follows(self, pairs: Array) -> bool:
-        """Returns whether the method follows a history, array (n, 2), in space (n, 3)."""
+        """Returns whether the method follows a history, array (n, 2), in space and with a bulk stress, which
+        solvers get that take it, (n, 3).
+        """
         return True
 
     def history(self, pairs: Array, coupled: bool, rtol: float | None) -> History:

@@ -154,6 +154,75 @@ def test_determinants_foretell_the_sign_of_an_exchange(law):
     assert {*signs} == {-1.0, 1.0} and len(signs) > 10
 
 
+# --- a bulk stress
+
+
+def fretting():
+    """Cylinders of equal bodies: a^2 = 8 P R/(pi E*) = 2, f p_0 = 2 f P/(pi a)."""
+    body = mb.HalfPlane(mb.Elastic(E=1 - 0.3**2, nu=0.3))
+    return mb.Contact(body, mb.Deformable(body, mb.Cylinder(1.0)), mb.Unilateral(friction=F))
+
+
+HALF_WIDTH, BOUND = math.sqrt(2), 2 * F * P / (math.pi * math.sqrt(2))
+
+
+def shear_of(x, change, shear, stress):
+    """Shear traction after a change from the state before, of which `change` is 1 from none and 2 from a
+    reversal, and the stick zone: of Cattaneo and Mindlin, moved by e = S a/(4 f p_0) (D. Nowell and D. A.
+    Hills, Int. J. Mech. Sci. 29 (1987) 355).
+    """
+    c = HALF_WIDTH * math.sqrt(1 - shear / (change * F * P))
+    e = stress * HALF_WIDTH / (4 * change * BOUND)
+    whole = np.sqrt(np.maximum(1 - (x / HALF_WIDTH) ** 2, 0.0))
+    stuck = c / HALF_WIDTH * np.sqrt(np.maximum(1 - ((x - e) / c) ** 2, 0.0))
+    return change * BOUND * (whole - stuck), (e - c, e + c)
+
+
+# from 4 (1 - c/a) f p_0 = 1.2 f p_0 on an end of the contact slips the other way
+@pytest.mark.parametrize("share", [0.3, pytest.param(-0.8, marks=pytest.mark.nightly)])
+def test_a_bulk_stress_moves_the_stick_zone(share):
+    """As far as the estimates say; a reversal and its reversal leave what was there."""
+    Q, S = 0.5 * F * P, share * BOUND
+    loads = [(P, 0, 0), (P, Q, S), (P, 0, 0), (P, -Q, -S), (P, Q, S)]
+    history = fretting().history(loads, rtol=0.05)
+    _, up, back, down, again = history.states
+    x = np.linspace(-1.4, 1.4, 57)
+    first, stick = shear_of(x, 1, Q, S)
+    turned, stick_back = shear_of(x, 2, Q, S)
+    for state, expected, zone in ((up, first, stick), (back, first - turned, stick_back)):
+        off = np.linalg.norm(state.shear_traction_at(x) - expected) / np.linalg.norm(turned)
+        assert off < state.error_estimate
+        for edges, errors in zip(state.zones["stick"], state.zone_errors["stick"]):
+            assert np.all(np.abs(np.subtract(edges, zone)) < errors)
+    # the way down and up again is linear in what sticks, to rounding of the tractions
+    assert down.shear_traction == pytest.approx(-up.shear_traction, abs=1e-9 * BOUND)
+    assert again.shear_traction == pytest.approx(up.shear_traction, abs=1e-9 * BOUND)
+    assert again.dissipation - down.dissipation == pytest.approx(2 * up.dissipation, rel=1e-9)
+    for state in history.states:
+        assert state.energy + state.dissipation == pytest.approx(state.work, rel=1e-12)
+
+
+def test_a_bulk_stress_is_in_the_fields():
+    """Where nothing has slipped both surfaces go on together; far away it is alone."""
+    S = 0.3 * BOUND
+    state = fretting().history([(P, 0, 0), (P, 0.5 * F * P, S)]).states[-1]
+    x = np.linspace(-0.7, 0.9, 9)
+    depth = np.full(9, -1e-3)
+    apart = state.fields(x, depth).u[0] - state.fields.second(x, -depth).u[0]
+    assert np.ptp(apart) < 0.01 * S * np.ptp(x)  # 0.005 by cells and depth; 1 without it
+    assert state.fields(0.0, -200.0).stress[0, 0] == pytest.approx(S, rel=1e-4)
+
+
+@pytest.mark.parametrize("second", [False, True])
+def test_a_bulk_stress_is_refused_where_it_is_not_followed(second):
+    method = mb.Panels() if second else mb.Uniform(h=0.1)
+    ground = fretting() if second else mb.Contact(mb.Block(half_plane().solid, 4.0), CYLINDER, BLOCKS)
+    with pytest.raises(mb.BadArgument, match="have a bulk stress, which Cells"):
+        ground.with_(method=method).history([(P, 0.0, 0.1)])
+    # none is no bulk stress
+    assert fretting().history([(P, 0.0, 0.0)]).states[0].method == "panels"
+
+
 # --- edges
 
 
