@@ -19,11 +19,11 @@ def part(traits, share=SHARE):
     """Return the names that are computed of {name: what the problem shows}."""
     names = sorted(traits, key=checksum)
     chosen = {name for name in names if checksum(name) % share == 0}
-    shown = set().union(*(traits[name] for name in chosen))
-    for name in names:
-        if not traits[name] <= shown:
-            chosen.add(name)
-            shown |= traits[name]
+    unseen = set().union(*traits.values()).difference(*(traits[name] for name in chosen))
+    while unseen:
+        name = max(names, key=lambda name: len(traits[name] & unseen))
+        chosen.add(name)
+        unseen -= traits[name]
     return chosen
 
 

@@ -249,7 +249,7 @@ def test_the_winkler_foundation_under_a_cylinder():
 
 @pytest.fixture(scope="module")
 def states():
-    return own_mesh.solve(thicknesses=(0.05, 0.2, 1.5, 6.0), rtol=1e-2)
+    return own_mesh.solve(thicknesses=(0.05, 0.2, 1.5, 4.0), rtol=1e-2)
 
 
 def test_equilibrium(states):
@@ -275,8 +275,8 @@ def test_layers_between_their_limits(states):
         return np.linalg.norm(states[f"h = {h:g}"].pressure_at(x) - limit) / np.linalg.norm(limit)
 
     thin, thinner = (off(h, own_mesh.foundation(x, h, half_plane.solid)) for h in (0.2, 0.05))
-    thick, thicker = (off(h, half_plane.pressure_at(x)) for h in (1.5, 6.0))
-    assert thinner < 0.4 * thin < 0.02 and thicker < thick / 10 + 1e-2
+    thick, thicker = (off(h, half_plane.pressure_at(x)) for h in (1.5, 4.0))
+    assert thinner < 0.4 * thin < 0.02 and thicker < thick / 5 + 1e-2
 
 
 # --- friction: Cattaneo and Mindlin, finite elements, and what the command tangential returns

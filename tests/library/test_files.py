@@ -434,8 +434,8 @@ def test_pictures_are_drawn_into_an_axis_that_is_given(tmp_path):
         figure, axis = plt.subplots()
         assert plot(file=tmp_path / "drawn.png", ax=axis) is figure
         assert axis.has_data() and (tmp_path / "drawn.png").stat().st_size
-        assert isinstance(plot(), matplotlib.figure.Figure)
         plt.close("all")
+    assert isinstance(state.plot(), matplotlib.figure.Figure)
 
 
 @pytest.mark.parametrize("kind", ["half-space", "mesh"])

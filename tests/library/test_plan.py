@@ -157,8 +157,7 @@ def test_what_would_take_too_much_memory_is_not_begun(memory):
     assert "GB of memory would be needed" in plan.refused[0].refusal
 
 
-@pytest.mark.parametrize("far", [2.0, 1000.0])
-@pytest.mark.parametrize("half", [True, False])
+@pytest.mark.parametrize(("far", "half"), [(2.0, True), (1000.0, False)])
 def test_squares_that_need_too_much_memory_are_counted(memory, far, half):
     """But for a tenth, which the growth of elements beside the equal ones leaves."""
     ground = meshes.Ground(far=far, reach=(0.0 if half else -1.0, 1.0), half=half)

@@ -222,7 +222,7 @@ FULL = {  # body, obstacle
 }
 
 
-@pytest.mark.parametrize("law", LAWS[1:], ids=str)
+@pytest.mark.parametrize("law", LAWS[1:3], ids=str)
 @pytest.mark.parametrize("name", FULL)
 def test_an_approach_at_the_mean_height_is_refused(law, name):
     """In full contact the approach is the mean height whatever the load; below it, it leads to a load."""

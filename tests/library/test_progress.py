@@ -209,7 +209,6 @@ class Watching:
 ENTRIES = {  # body, method, and what is asked of the problem
     "panels": (GROUND, None, lambda problem: problem.solve(load=1.0, rtol=1e-2)),
     "panels, events": (GROUND, None, lambda problem: problem.path(load=1.0).events),
-    "panels, first": (GROUND, None, lambda problem: problem.path(load=1.0).first),
     "cells": (GROUND, mb.Cells(nodes=64, window=(-1, 1)), lambda problem: problem.solve(load=1.0)),
     "fitted": (mb.Block(SOLID, 10.0), None, lambda problem: problem.path(load=1.0, rtol=3e-2).at(0.5)),
     "uniform": (mb.Block(SOLID, 4.0), mb.Uniform(h=0.2, reach=0.8), lambda problem: problem.solve(load=0.5)),
