@@ -132,7 +132,8 @@ class SurfaceNodes(OnMesh, SpaceSolution):
             remarks += self.overlap(self.overlap_of_nodes.max())
         if count < FEW and self.error_estimate > 0.1:
             remarks.append(f"only {count} nodes in contact: {self._finer}")
-        remarks += self.coarse(float(np.sqrt(self.nodes.weights[self.closed > 0].sum() / np.pi)))
+        radius = float(np.sqrt(self.nodes.weights[self.closed > 0].sum() / np.pi))
+        remarks += self.coarse(radius, ", or ask for an rtol" * self.solver.refines)
         remarks += self.beyond()
         if self.solver.counter is not None:
             remarks += self.solver.counter.ends_in(self.forces > 0)
