@@ -36,9 +36,9 @@ class Bulk:
 
     def __init__(self, body: BodySpaces, form: Any, seen: Integers, advice: str) -> None:
         self._body = body
-        self._form = form
+        self._form = form  # whose memory `matrix` reads
         space = form.space
-        self.matrix = csr_matrix(form.mat.CSR(), shape=2 * [space.ndof], copy=True)
+        self.matrix = csr_matrix(form.mat.CSR(), shape=2 * [space.ndof])
         self._free: Flags = free_unknowns(space, form.condense)
         on_contact = np.zeros(space.ndof, bool)
         on_contact[seen] = True

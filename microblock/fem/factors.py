@@ -94,7 +94,7 @@ class Cholmod:
     def __init__(self, matrix: Any, inner: Integers, contact: Integers) -> None:
         self._free = np.concatenate((inner, contact))
         count = len(inner)
-        number = np.full(matrix.shape[0], -1)
+        number = np.full(matrix.shape[0], -1, np.int32)
         number[self._free] = np.arange(len(self._free))
         columns = np.repeat(number, np.diff(matrix.indptr))  # of the transpose, in their order
         rows = number[matrix.indices]

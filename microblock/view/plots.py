@@ -86,13 +86,15 @@ class Drawing(Figure):
         return all(letters >= now for letters, now in zip(self.room.letters, needed.letters))
 
     def empty(self) -> None:
-        """Takes what is drawn in the panels out of them."""
+        """Takes what is drawn in the panels out of them, and gives them the limits of new ones: in others a
+        line of zeros gets those of the rounding of a transform.
+        """
         for axis in self.axes:
             for artist in (*axis.lines, *axis.collections, *axis.texts, axis.get_legend()):
                 if artist is not None:
                     artist.remove()
             axis.relim()
-            axis.autoscale(True)
+            axis.set(xlim=(0, 1), ylim=(0, 1), autoscale_on=True)
 
     def _needed_room(self) -> Room:
         numbers = [[label.get_text() for label in axis.get_yticklabels()] for axis in self.axes]

@@ -35,7 +35,8 @@ def draw(state: State, drawing: plots.Drawing | None = None) -> Figure:
         drawing = plots.Drawing((2 * plots.COLUMN, 2 * plots.COLUMN), layout="constrained")
         panels: Any = [["pressure", "micromoment"], ["gap", "turn"], ["zones", "turn"], ["blocks", "blocks"]]
         drawing.subplot_mosaic(panels, height_ratios=(2, 2, 0.2 * (1 + len(state.zones)), 3))
-    drawing.empty()
+    else:
+        drawing.empty()
     surface = blocks.without_rounding(state.surface())
     axes = {axis.get_label(): axis for axis in drawing.axes}
     for name, lines in curves(surface).items():

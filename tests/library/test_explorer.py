@@ -115,8 +115,7 @@ def test_a_figure_drawn_anew_is_that_of_its_state():
     np.testing.assert_allclose(*map(heights, (drawing, fresh)), rtol=1e-9, atol=1e-12)  # of psi = 0
     for axis, fresh_axis in zip(drawing.axes, fresh.axes, strict=True):
         assert axis.get_xlim() == pytest.approx(fresh_axis.get_xlim(), rel=1e-9)
-        if axis.get_label() != "turn":  # psi = 0, over an axis of rounding or none
-            assert axis.get_ylim() == pytest.approx(fresh_axis.get_ylim(), rel=1e-9)
+        assert axis.get_ylim() == pytest.approx(fresh_axis.get_ylim(), rel=1e-9)
         assert [*map(type, axis.get_children())] == [*map(type, fresh_axis.get_children())]
         assert axis.get_ylabel() == fresh_axis.get_ylabel()
 
