@@ -696,7 +696,8 @@ class State(PlainData):
     def plot_blocks(self, file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of the rotated blocks under the obstacle, as Fig. 3 of the paper; of cells in
         three dimensions in the row along x1 with the largest pressure, where a corner of the picture stands
-        for two, half a block before the row and behind it.
+        for two, half a block before the row and behind it. Rotations and heights are magnified and motions
+        along the surface left out, so that sides of blocks may overlap.
 
         Parameters
         ----------

@@ -24,6 +24,7 @@ from . import plots
 
 MOST_BLOCKS_SHOWN = 25  # blocks in a picture, side by side
 FEWEST_BLOCKS_SHOWN = 10
+OVERLAP = 0.01  # of a side: less is not seen, as where rotations are alike
 FILLS = {"none closed": "white", "A (left)": "#CFE4F3", "B (right)": "#FBDCC4", "both closed": "#DCD0E8"}
 
 
@@ -204,6 +205,8 @@ def draw_blocks(state: State, axis: Axes | None) -> Figure:
     axis.set(yticks=())
     axis.spines["left"].set_visible(False)
     title = f"blocks{place}: rotations and heights {picture.magnification:g} times"
+    if _sides_overlap(picture.squares):
+        title += ";\nsides overlap, as motions along the surface are not drawn"
     if len(surface.corners) == 2:
         keys = [Patch(facecolor=fill, label=label, **look) for label, fill in FILLS.items()]
         axis.legend(handles=keys[1:], loc="lower right", ncols=3)
@@ -211,6 +214,13 @@ def draw_blocks(state: State, axis: Axes | None) -> Figure:
         title += "; their middle touches"
     axis.set_title(title, loc="left")
     return drawing
+
+
+def _sides_overlap(squares: Array) -> bool:
+    """Returns whether of blocks side by side, array (m, 4, 2), inner corners lie beyond each other."""
+    sides = squares[1:, 1] - squares[1:, 0]
+    apart = np.sum((squares[1:, 3] - squares[:-1, 2]) * sides, axis=1)
+    return bool(np.any(apart < -OVERLAP * np.sum(sides**2, axis=1)))
 
 
 def _closed(surface: Surface, x: Array) -> Flags:

@@ -505,6 +505,13 @@ def test_captions_say_what_is_shown_and_stay_within_their_figures():
     assert drawing._suptitle._get_wrapped_text() == drawing.get_suptitle()
 
 
+def test_a_picture_says_why_blocks_overlap():
+    """Those beside a contact turn towards each other; below a flat face away from each other."""
+    for obstacle, law, overlap in ((CYLINDER, BLOCKS, True), (mb.Punch(0.5), UNILATERAL, False)):
+        (axis,) = pressed(obstacle, law).plot_blocks().axes
+        assert ("sides overlap" in axis.get_title(loc="left")) == overlap
+
+
 def test_blocks_of_two_bodies_touch_where_they_are_pressed():
     """The obstacle is drawn with what the second body moves, on the surface of the first: to what a sphere
     rises below half a block, 5e-6, and to rounding of gaps; the approach is 0.03.
