@@ -391,8 +391,8 @@ def state(law, alpha=0.2, nu=0.3, beta=1.0, curvature=2.0, rtol=1e-7):
 @pytest.fixture(
     scope="module",
     params=[
-        dict(law=mb.Microblock()),
-        dict(law=mb.Unilateral(), alpha=0.05),
+        pytest.param(dict(law=mb.Microblock()), marks=pytest.mark.nightly),
+        pytest.param(dict(law=mb.Unilateral(), alpha=0.05), marks=pytest.mark.nightly),
         dict(law=mb.Microclamped(), beta=1.7),
         dict(law=mb.Microblock(psi0=0.02), alpha=0.3, nu=0.1, beta=0.5, curvature=1.3),
     ],
