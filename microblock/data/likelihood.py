@@ -16,7 +16,7 @@ nothing, this is taken off and they stay.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,6 +32,8 @@ GAIN = 0.02  # of the threshold, which the linearised model tells to a few per c
 BETTER = 1e-2  # of the threshold, by which a profile finds a smaller misfit
 LEAST_STEP = 1e-12  # which rounding leaves of parameters up to some 10
 ROUNDS = 4  # of such findings
+AT_BOUND = 1e-3  # of the distance of bounds, within which a parameter has reached one
+OTHER_SIDE = 0.05  # of this distance, from the other bound, where derivatives may be 0
 
 Model = Callable[
     [Array], tuple[Array, Array]
@@ -157,8 +159,10 @@ class Misfit:
         if not free.any() or math.isinf(misfit) or misfit == 0:
             return start, misfit
         if fixed is not None:
-            inner = free & (start > self.bounds[0]) & (start < self.bounds[1])
-            gradient = derivatives[:, inner].T @ residuals
+            rises = derivatives.T @ residuals
+            low, high = self.bounds
+            inner = free & np.where(rises > 0, start > low, start < high)
+            gradient = rises[inner]
             gain = gradient @ np.linalg.pinv(derivatives[:, inner].T @ derivatives[:, inner]) @ gradient
             if gain <= GAIN * self.threshold:
                 return start, misfit - float(gain)
@@ -189,6 +193,20 @@ def _inverse(matrix: Array) -> Array:
     return np.full_like(matrix, np.inf)
 
 
+def _from_other_sides(x: Array, fixed: int, bounds: tuple[Array, Array]) -> Iterator[Array]:
+    """Yields x, array (p,), with each parameter but one that has reached a bound near its other bound: a
+    valley may go on there, as that of nu does, whose square is seen.
+    """
+    low, high = bounds
+    nearness = AT_BOUND * (high - low)
+    for j in np.flatnonzero((x < low + nearness) | (x > high - nearness)):
+        if j != fixed:
+            start = x.copy()
+            inside = OTHER_SIDE * (high[j] - low[j])
+            start[j] = low[j] + inside if x[j] > low[j] + nearness[j] else high[j] - inside
+            yield start
+
+
 def _profile(misfit: Misfit, x: Array, least: float, inverse: Array, i: int) -> Profile:
     """Returns the Profile of parameter i about the best x, array (p,), where the inverse of the linearised
     model's matrix is given; raises _Smaller.
@@ -206,6 +224,9 @@ def _profile(misfit: Misfit, x: Array, least: float, inverse: Array, i: int) -> 
         start = np.clip(near + slope * (value - near[i]), *misfit.bounds)
         start[i] = value
         others, smallest = misfit.least(start, i)
+        if smallest > least + misfit.threshold:
+            for start in _from_other_sides(others, i, misfit.bounds):
+                others, smallest = min((others, smallest), misfit.least(start, i), key=lambda found: found[1])
         if smallest < least - BETTER * misfit.threshold:
             raise _Smaller(others)
         points[value] = max(smallest - least, 0.0)

@@ -21,7 +21,7 @@ from ..model.law import require_pure_force
 from ..model.missed_contact import PLACES, Violation, open_with_neighbours, overlaps, total_worth
 from ..model.obstacles import Samples
 from ..model.periodic import EQUAL
-from ..model.problem import Problem
+from ..model.problem import Problem, measured_jumps
 from ..model.refinement import GeometricSeries, Usual
 from ..model.scales import classical_rise
 from ..model.solution import LineSolution, Solution
@@ -35,6 +35,9 @@ from .second_half_plane import SecondHalfPlane
 from .subsurface import HalfPlaneBelow, below_cells
 from .transmitted_singularities import Chains, sizes_on
 from .window import COARSEST, Window, window_about
+
+
+NARROW = 6.0  # cells across a groove, of whose pressure a tenth is off, as the contact ends within it
 
 
 class LineCells(CellSolution, LineSolution):
@@ -117,6 +120,18 @@ class LineCells(CellSolution, LineSolution):
         pressures = self._beside[1]
         edges = (self.solver.kinks[1] > 0) & np.any(pressures == 0, axis=1)
         return float(np.sqrt((pressures**2).sum(axis=1)[edges].sum()) / (np.linalg.norm(self.total) or 1))
+
+    @property
+    def of_narrow_features(self) -> float:
+        """Share in the L2 norm of pressures below grooves and ridges that are narrower than NARROW cells:
+        logarithms K and -K at a distance d have the norm pi |K| sqrt(d).
+        """
+        cells, sizes = self.kinks
+        apart = np.diff(cells)
+        opposite = sizes[:, 1:] * sizes[:, :-1] < 0
+        smaller = np.minimum(np.abs(sizes[:, 1:]), np.abs(sizes[:, :-1]))
+        squares = np.where(opposite & (apart < NARROW), smaller**2 * apart, 0.0)
+        return float(np.pi * np.sqrt(squares.sum()) / (np.linalg.norm(self.total) or 1))
 
     @cached_property
     def _logarithms(self) -> Array:
@@ -217,11 +232,18 @@ class LineSolver(CellSolver):
 
     @cached_property
     def kinks(self) -> tuple[Array, Array]:
-        """Contact points at which the slope of a gap jumps, array (k,), and jumps, array (corners, k)."""
+        """Contact points at which the slope of a gap jumps, array (k,), and jumps, array (corners, k): named
+        ones of 0 are as measured.
+        """
         kinks = sorted(self.problem.kinks.items())
-        corners = range(len(self.law.corners))
-        jumps = [[by_corner.get(corner, 0.0) for _, by_corner in kinks] for corner in corners]
-        return np.array([x for x, _ in kinks]), np.array(jumps)
+        places = np.array([x for x, _ in kinks])
+        jumps = np.zeros((len(self.law.corners), len(kinks)))
+        for corner, shift in enumerate(self.problem.shifts):
+            jumps[corner] = [by_corner.get(corner, 0.0) for _, by_corner in kinks]
+            unknown = np.array([by_corner.get(corner) == 0.0 for _, by_corner in kinks], bool)
+            if unknown.any():
+                jumps[corner, unknown] = measured_jumps(self.shape, places[unknown] - shift, self.solid.ell)
+        return places, jumps
 
     def change(self, coarse: LineCells, fine: LineCells) -> float:
         """Returns the relative L2 change of pressure and M/ell from one solution to a finer one."""
@@ -368,7 +390,12 @@ class LineSolver(CellSolver):
         """Returns the error from the residual and the changes from grid to grid, a geometric series."""
         # next to ends and steps errors fall by the root of the cells
         series = GeometricSeries(1.4, 1.4, 1.4 if self.ends or state.grid.jumps else 1.75)
-        return float(series.error(changes[-4:])) + 10 * state.residual + state.in_doubt / 2
+        return (
+            float(series.error(changes[-4:]))
+            + 10 * state.residual
+            + state.in_doubt / 2
+            + state.of_narrow_features / 4
+        )
 
     def cannot_reach(
         self, changes: list[float], before: LineCells, goal: float, finer: float, least: float

@@ -230,7 +230,7 @@ class Obstacle(RigidObstacle):
     kinks : tuple of float, optional
         Abscissae at which a derivative is discontinuous or has no bound, as that of ``|x|^1.5`` at 0.
     jumps : tuple of float, optional
-        By how much the slope jumps at each of them; without it the slope is continuous.
+        By how much the slope jumps at each of them; without it that is measured.
 
     Raises
     ------

@@ -241,6 +241,27 @@ def require_jumps(obstacle: ObstacleLike, ell: float) -> None:
     kinks, jumps = np.reshape([pair for pair in jumps_of(obstacle) if pair[1]], (-1, 2)).T
     if not len(kinks):
         return
+    change, _, uncertainty = _changes_of_slope(obstacle, kinks, ell)
+    wrong = np.abs(change - jumps) > 0.01 * np.abs(jumps) + uncertainty
+    n = np.argmax(wrong)
+    words = f"must be those of the slope of the height, which jumps by {change[n]:.3g} at x = {kinks[n]:.4g}"
+    words += ": mind signs, and give kinks with all their digits"
+    require(not wrong.any(), "jumps", tuple(jumps.tolist()), words)
+
+
+def measured_jumps(obstacle: ObstacleLike, kinks: Array, ell: float) -> Array:
+    """Returns by how much the slope of an obstacle jumps at places, arrays (k,), 0 where that is rounding, or
+    no number that finer steps agree on.
+    """
+    change, before, uncertainty = _changes_of_slope(obstacle, kinks, ell)
+    is_jump = (np.abs(change) > 100 * uncertainty) & (np.abs(change - before) < 0.01 * np.abs(change))
+    return np.where(is_jump, change, 0.0)
+
+
+def _changes_of_slope(obstacle: ObstacleLike, kinks: Array, ell: float) -> tuple[Array, Array, Array]:
+    """Returns changes of the slope at places, array (k,), on small steps, less curvature and one power of the
+    distance, the same on larger steps, and the uncertainty, arrays (k,).
+    """
     steps = np.diff(np.unique(kinks)).min(initial=ell) / 4 * np.geomspace(1e-1, 1e-3, 5)[:, None]
     places = np.array((kinks - steps, kinks + 0 * steps, kinks + steps))
     part = steps[1] / steps[0]
@@ -254,9 +275,5 @@ def require_jumps(obstacle: ObstacleLike, ell: float) -> None:
         shrinks = (ratio > 0) & (ratio < 1)
         before, change = changes[2:] + np.where(shrinks, falls[1:] * ratio / (1 - ratio), 0.0)
         rounding = np.abs(middle) + np.abs(kinks * (right - left) / steps)  # of heights and places
-        allowed = 0.01 * np.abs(jumps) + 3 * np.abs(change - before) * shrinks[-1]
-        wrong = np.abs(change - jumps) > allowed + 5e-14 * (rounding / steps)[-1]
-    n = np.argmax(wrong)
-    words = f"must be those of the slope of the height, which jumps by {change[n]:.3g} at x = {kinks[n]:.4g}"
-    words += ": mind signs, and give kinks with all their digits"
-    require(not wrong.any(), "jumps", tuple(jumps.tolist()), words)
+        uncertainty = 3 * np.abs(change - before) * shrinks[-1] + 5e-14 * (rounding / steps)[-1]
+    return change, before, uncertainty

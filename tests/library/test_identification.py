@@ -71,6 +71,28 @@ def test_a_smaller_misfit_on_the_way_is_taken():
     assert fit.x[0] == pytest.approx(2.0, abs=1e-3)
 
 
+def test_a_valley_is_followed_through_both_signs_of_nu():
+    """Half-widths tell E/(1 - nu^2) alone: with nu = -.79 a modulus of 50 fits as well as one of 110 does."""
+    misses = np.linspace(-1.0, 1.0, 8)  # of readings, in their scatter
+
+    def model(x):
+        E = 50 * np.exp(x[0])
+        nu = 0.5 - 0.2 * np.exp(-x[1])
+        modulus = E / (1 - nu**2)
+        width = np.sqrt(120 / 0.91 / modulus)
+        rates = modulus, 2 * E * nu / (1 - nu**2) ** 2 * (0.5 - nu)
+        return (width - 1) / 0.01 - misses, np.tile(-0.5 * width / modulus * np.array(rates) / 0.01, (8, 1))
+
+    limits = np.array([-math.log(1e3), -2.0]), np.full(2, math.log(1e3))
+    of_modulus, of_ratio = likelihood.fit(model, limits, 0.95, True).profiles
+    # nu = 0 has the largest E; of the mean of 8 widths the scatter is 1 %/sqrt(8), of E twice as much
+    largest = 120 / 0.91 * (1 + 2 * 1.96 * 0.01 / math.sqrt(8))
+    assert 50 * math.exp(of_modulus.high) == pytest.approx(largest, rel=1e-3)
+    # at the least nu that is looked at, -.978, the smallest E is 5.6
+    assert 50 * math.exp(of_modulus.low) == pytest.approx(5.6, rel=0.05)
+    assert (of_ratio.low, of_ratio.high) == (None, None)
+
+
 def test_the_modulus_of_hertz():
     """a^2 = 4 P R/(pi E*): a weighted mean of the readings, and an interval, in closed form of 1/sqrt(E)."""
     scale = np.sqrt(4 * LOADS * 10 * 0.91 / math.pi)  # a = scale/sqrt(E)
