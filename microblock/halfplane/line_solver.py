@@ -36,7 +36,6 @@ from .subsurface import HalfPlaneBelow, below_cells
 from .transmitted_singularities import Chains, sizes_on
 from .window import COARSEST, Window, window_about
 
-
 NARROW = 6.0  # cells across a groove, of whose pressure a tenth is off, as the contact ends within it
 
 
