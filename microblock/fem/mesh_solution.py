@@ -10,7 +10,7 @@ import numpy as np
 from ..contact_solvers.nodal import NodalSolution, OfNodes, zones_of
 from ..errors import BadArgument, at_most, require
 from ..model import contact_candidates
-from ..model.intervals import contact_zones, distance, distance_to_ends, joined
+from ..model.intervals import along_surface, contact_zones, distance, distance_to_ends, joined
 from ..model.problem import Problem
 from ..model.quadrature import lagrange
 from ..model.refinement import FEWEST
@@ -240,7 +240,7 @@ class MeshSolution(OnMesh, NodalSolution):
     def interpolated(self, values: Array, x: Array) -> Array:
         """Returns nodal values, (n,), at x, (k,): polynomials of a condensed body, else a polygon."""
         if self.method == "newton":
-            return np.interp(x, self.x, values, period=self.period)
+            return along_surface(x, self.x, values, self.period)
         count = len(self.nodes.weights)
         polynomials = self.nodes.along
         right = polynomials.interpolate(values[-count:], x)

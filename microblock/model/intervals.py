@@ -212,3 +212,14 @@ def moved_on(zones: CornerZones, earlier: CornerZones, fraction: float) -> Corne
 def zone_edges(zones: Mapping[int, Iterable[Interval]]) -> list[float]:
     """Returns the left and right ends of zones {corner: intervals}, ascending, each once."""
     return sorted({edge for intervals in zones.values() for interval in intervals for edge in interval})
+
+
+def along_surface(x: ArrayLike, points: Array, values: Array, period: float | None = None) -> Array:
+    """Returns values at x, linear between those at points of a surface, ascending, arrays (n,). Where it ends
+    on the right in a vertical side, its value there is that of the first, highest point.
+    """
+    if period is None:
+        first = int(np.searchsorted(points, points[-1])) + 1
+        points = points[:first]
+        values = values[:first]
+    return np.asarray(np.interp(np.asarray(x, float), points, values, period=period))

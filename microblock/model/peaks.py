@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import BadArgument, require, require_choice
+from .intervals import along_surface
 from .types import Array, Flags
 
 BELOW = ("von_mises", "max_shear", "tension")
@@ -88,7 +89,7 @@ def _of_pressure(state: Any) -> tuple[float, Array]:
         return -float(state.pressure_at(float(at[0])))
 
     found = _least(less, x[best : best + 1], np.array([width / 2]), 1e-3 * DECADES[-1] * float(np.ptp(x)))
-    return -float(found.fun), np.array((found.x[0], np.interp(found.x[0], x, state.points[:, 1])))
+    return -float(found.fun), np.array((found.x[0], along_surface(found.x[0], x, state.points[:, 1])))
 
 
 def _grows(values: Array, scale: float) -> bool:
@@ -106,7 +107,7 @@ def _presses_at_edge(state: Any) -> bool:
         near = 1.5 * np.sqrt(state.weights[pressed])[:, None]
         if state.flat:
             edges = np.ravel(state.zones["contact" if len(state.pressures) == 1 else corner])
-            places = np.column_stack((edges, np.interp(edges, state.x, state.points[:, 1])))
+            places = np.column_stack((edges, along_surface(edges, state.x, state.points[:, 1])))
             near = np.array(1e-6 * np.ptp(edges) if state.method == "panels" else 1.5 * state.weights.max())
         beside = (places + near * ways[:, None]).reshape(-1, places.shape[1])
         if np.isinf(state.problem.blocks.under(state.obstacle, beside).initial_gaps[number]).any():
@@ -199,7 +200,7 @@ def _verticals(state: Any, closed: Array, extent: float) -> Array:
     summits = list(state.points[_apart(state.points, state.pressure, pressed, extent / ACROSS[dim], SUMMITS)])
     if state.flat:
         edges = np.unique(np.concatenate([np.ravel(zones) for zones in state.zones.values()]))
-        summits += [np.array((edge, np.interp(edge, state.x, state.points[:, 1]))) for edge in edges]
+        summits += [np.array((edge, along_surface(edge, state.x, state.points[:, 1]))) for edge in edges]
         summits.append(_of_pressure(state)[1])
     return np.vstack((grid, *summits))
 

@@ -17,7 +17,7 @@ from .contact_like import ContactLike
 from .deformable import body_of
 from .fields import FieldsBelow, grid_below
 from .interpolant import Response, read_only
-from .intervals import contact_zones, over_the_end
+from .intervals import along_surface, contact_zones, over_the_end
 from .material import Elastic
 from .obstacles import as_obstacle, initial_gap, returned
 from .sharp import of_map, of_samples
@@ -292,7 +292,7 @@ class PlaneSolution(Solution):
         """Returns q at x, array (n,), linear between the points, within what friction allows."""
         pressures = sum(self.pressure(corner, x) for corner in range(len(self.pressures)))
         bound = self.problem.law.friction * np.maximum(pressures, 0.0)  # a polynomial may fall below 0
-        return np.clip(np.interp(x, self.x, self.shear_traction), -bound, bound)
+        return np.clip(along_surface(x, self.x, self.shear_traction), -bound, bound)
 
     def moment_at(self, x: Array) -> Array:
         """Returns M at x, array (n,), linear between the points; 0 beside the contact unless psi is
@@ -300,7 +300,7 @@ class PlaneSolution(Solution):
         """
         pressed = sum(self.pressure(corner, x) for corner in range(len(self.pressures))) > 0
         return np.where(
-            pressed | self.problem.law.clamps_rotation, np.interp(x, self.x, self.micromoment), 0.0
+            pressed | self.problem.law.clamps_rotation, along_surface(x, self.x, self.micromoment), 0.0
         )
 
 

@@ -228,6 +228,24 @@ def test_a_deformed_mesh_is_refused():
         mb.Body(mesh, SOLID, fixed="bottom", contact="top")
 
 
+@pytest.mark.parametrize("follows", [False, True], ids=["Newton", "friction"])
+def test_at_a_corner_the_top_answers_where_the_side_is_named_as_well(follows):
+    """Pressures and shear tractions there were those of the lowest point of the side, which are 0."""
+    mesh = MakeStructured2DMesh(nx=8, ny=4, mapping=lambda x, y: (2 * x - 1, y - 1))
+    values = {}
+    for contact in ("top", "top|right"):
+        body = mb.Body(mesh, SOLID, 2, fixed="bottom", contact=contact)
+        problem = mb.Contact(body, mb.Plane(), mb.Microblock(friction=0.3 * follows))
+        if follows:
+            state = problem.history([(1.0, 0.2)]).states[-1]
+            values[contact] = state.shear_traction_at([-1.0, 1.0])
+        else:
+            state = problem.with_(method=mb.Newton()).solve(load=1.0)
+            values[contact] = state.pressure_at([-1.0, 1.0])
+    assert values["top|right"] == pytest.approx(values["top"], rel=1e-6)  # the residual of Newton's method
+    assert np.abs(values["top"]).min() > 0.01
+
+
 def test_a_crack_below_the_contact_interrupts_it():
     """As of a mesh that was not glued; with an rtol it ended in a bare StopIteration."""
     halves = [occ.Rectangle(2, 2).Face().Move((x, -2, 0)) for x in (-2, 0)]
