@@ -81,10 +81,11 @@ class State(PlainData):
         Half of the distance between the outermost edges of the contact, and its length without gaps.
     error_estimate : float or None
         Relative L2 error of `pressure_at` and of the micromoment over ell, both over the pressure, with
-        friction also of q over the friction. Beside edges of the obstacle (on meshes also where its height
-        jumps), where pressures are unbounded, squares have the weight min(1, d/b) in the plane and
-        min(1, d/b)^2 in space, d the distance to the nearest edge and b the half-width of the face. None
-        where the discretisation was prescribed, inf where the obstacle would touch between the cells.
+        friction f also of q/f: the error of q itself may be f times as much. Beside edges of the obstacle (on
+        meshes also where its height jumps), where pressures are unbounded, squares have the weight
+        min(1, d/b) in the plane and min(1, d/b)^2 in space, d the distance to the nearest edge and b the
+        half-width of the face. None where the discretisation was prescribed, inf where the obstacle would
+        touch between the cells.
     accuracy : str
         What `error_estimate` is of instead, "load", "depth" or "stiffness", where it is not "pressure".
     error_parts : ErrorParts or None
