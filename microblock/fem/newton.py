@@ -198,7 +198,7 @@ class MonolithicNewton:
         BadArgument
             If the load is not positive.
         """
-        require_finite(level=level)
+        require_finite(level=level, residual=residual)
         if start is not None:
             require_kind((NodalState, OnMesh, ContactGuess), "a NodalState", start=start)
         pressed = self.control == "approach" or level > 0

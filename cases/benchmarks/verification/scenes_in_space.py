@@ -528,6 +528,7 @@ def refusal(rng, number):
     solid = mb.Elastic(0.91, 0.3)
     blocks = mb.Cosserat(0.91, 0.3, ell=0.1, beta=1)
     hexes = bodies_in_space.block(0.6)
+    skew = bodies_in_space.moved(hexes, lambda points: points + 0.1 * points[:, [1, 0, 2]])
     tets = bodies_in_space.cut(hexes)
     quarter = bodies_in_space.quarter(0.6)
     free = {"u1": "front", "u2": "left", "u3": "bottom"}  # turns about x3
@@ -538,7 +539,7 @@ def refusal(rng, number):
         return contact_on(lambda size: mesh, solid, order, obstacle, law, 1.0, method, fixed).solve(**level)
 
     contacts = [
-        ("rtol of hexahedra", partial(solve, hexes, solid, load=0.1, rtol=0.1), "needs a mesh of tetrahedra"),
+        ("rtol of hexahedra", partial(solve, skew, solid, load=0.1, rtol=0.1), "needs a mesh of tetrahedra"),
         ("order 3 of tetrahedra", partial(solve, tets, solid, order=3, load=0.1), "order"),
         ("above first touch", partial(solve, tets, solid, approach=-0.01), "approach"),
         ("free rotation", partial(solve, quarter, solid, fixed=free, load=0.1), "rigid motions"),
