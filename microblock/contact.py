@@ -522,4 +522,4 @@ def _shortfall(goal: float | None, result: State | History) -> str:
     if not isinstance(goal, Usual) or error is None or error <= goal:
         return ""
     reached = f": the estimate is {error:.1e}" if np.isfinite(error) else ""
-    return f"the usual rtol of {goal:g} was not reached{reached}; an rtol goes on"
+    return f"the usual rtol of {goal:g} was not reached{reached}; name an rtol to go on"

@@ -111,6 +111,28 @@ class HeightMap(RigidObstacle):
         share = np.where((place >= 0) & (place <= count - 1), place - before, np.nan)
         return [(before, 1 - share), (before + 1, share)]
 
+    def slope_jumps(self, x1: Array, x2: Array) -> Array:
+        """Returns by how much slopes jump at the samples nearest to places, arrays (n,), the root of the sum
+        of squares along x1 and x2: array (n,), 0 at holes and borders.
+        """
+        rows, columns = self.heights.shape
+        numbers = [
+            np.rint(x / step + (count - 1) / 2).astype(int) % count
+            for x, step, count in zip((x2, x1), self.spacing[::-1], (rows, columns))
+        ]
+        return self._slope_jumps[tuple(numbers)]
+
+    @cached_property
+    def _slope_jumps(self) -> Array:
+        z = np.where(self._there, self.heights, np.nan)
+        squares = np.zeros(z.shape)
+        for axis, step in ((1, self.spacing[0]), (0, self.spacing[1])):
+            turned = np.moveaxis(z, axis, -1)
+            beyond = (turned[..., -1:], turned[..., :1]) if self.periodic else (np.nan * turned[..., :1],) * 2
+            jumps = np.diff(np.concatenate((beyond[0], turned, beyond[1]), axis=-1), 2) / step
+            squares += np.moveaxis(np.nan_to_num(jumps) ** 2, -1, axis)
+        return np.asarray(np.sqrt(squares))
+
     def coarser(self) -> HeightMap:
         """Returns the map of every second sample: what it changes is what the samples leave open."""
         rows, columns = self.heights.shape

@@ -14,6 +14,11 @@ from .obstacles import Samples, jumps_of
 from .problem import Problem
 from .types import Array, Flags, Zones
 
+# L2 norm of the ridges of pressure on bilinear facets over E* times that of the jumps of the slope: under
+# spheres and paraboloids, 2 to 20 samples along a radius
+RIDGES = 0.15
+LEAST_RIDGES = 0.01  # of the pressure, which are said of states without an error estimate
+
 
 class PlaneContact(Protocol):
     """Zones of a contact in the plane, and under what obstacle: a solution.
@@ -106,14 +111,15 @@ def of_samples(contact: PlaneContact) -> list[str]:
 
 
 def of_map(obstacle: Any, state: Any) -> list[str]:
-    """Returns sentences on heights of a map that are NaN, and on a contact in space, of a state, that reaches
-    an edge of the map or of a hole in it: a cell and a corner's distance farther there is no obstacle.
+    """Returns sentences on heights of a map that are NaN, on what its samples leave open of the pressures of
+    a state in space, and on a contact that reaches an edge of the map or of a hole in it: a cell and a
+    corner's distance farther there is no obstacle.
     """
     heights = shape_of(obstacle)
     if not isinstance(heights, HeightMap):
         return []
-    sentences = _unknown(heights.unknown, heights.heights.size)
     touching = state.closed > 0
+    sentences = _unknown(heights.unknown, heights.heights.size) + _sampled(heights, state, touching)
     reach = np.sqrt(state.weights[touching])
     if len(state.pressures) > 1:
         reach = reach + state.solid.ell / 2
@@ -128,6 +134,25 @@ def of_map(obstacle: Any, state: Any) -> list[str]:
             "sign of the heights, which grow away from the body"
         )
     return sentences
+
+
+def _sampled(heights: HeightMap, state: Any, touching: Flags) -> list[str]:
+    """Returns a sentence where facets between samples have ridges in the pressure that are larger than its
+    error estimate, from the jumps of the slope under cells or nodes that touch, boolean array (n,). Cells as
+    large as the spacing do not see facets.
+    """
+    weights = state.weights[touching]
+    if not touching.any() or weights.min() > 0.9 * np.prod(heights.spacing):
+        return []
+    jumps = heights.slope_jumps(*state.points[touching, :2].T)
+    of_ridges = RIDGES * state.solid.E_star * np.sqrt(weights @ jumps**2)
+    uncertainty = of_ridges / np.sqrt(weights @ state.pressure[touching] ** 2)
+    if state.accuracy != "pressure" or not uncertainty > (state.error_estimate or LEAST_RIDGES):
+        return []
+    return [
+        f"the samples leave the pressure uncertain by {uncertainty:.1g}: facets between them have ridges of "
+        "pressure; where the surface is smooth give it as a function, or measure it more finely"
+    ]
 
 
 def _unknown(count: int, size: int) -> list[str]:
