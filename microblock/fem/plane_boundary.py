@@ -64,6 +64,10 @@ class PlaneBoundary:
         """
         return 3 if order < 3 else 1
 
+    def with_edges(self, differences: Array, edges: Array) -> Array:
+        """Returns squares of errors, (rows, elements), from those of averaged tractions and of free edges."""
+        return differences + edges
+
     @property
     def singular(self) -> Flags:
         """Facets at ends and slope discontinuities of the obstacle, array (facets,): averages of singular

@@ -156,10 +156,11 @@ def _surface(solution: Any, boundary: PlaneBoundary | SpaceBoundary, averaged: S
         np.add.at(row, elements, weights * (difference.sum(axis=0) + square))
     squares[:, above[boundary.singular]] *= 4**2
     facets, of_edges = boundary.edges()
-    for row in squares[::2]:  # of p, and of q/f, which is no larger
-        np.add.at(row, above[facets], of_edges)
+    edges = np.zeros_like(squares)
+    edges[::2] = np.bincount(above[facets], of_edges, mesh.ne)  # of p, and of q/f, which is no larger
     if len(solution.forces) > 1:  # of M/ell
-        np.add.at(squares[1], above[facets], of_edges / 4)
+        edges[1] = edges[0] / 4
+    squares = boundary.with_edges(squares, edges)
     missed = boundary.missed()
     for row in squares:
         np.add.at(row, above, missed)

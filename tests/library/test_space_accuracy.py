@@ -73,12 +73,13 @@ def true_error(state, exact):
 
 @pytest.mark.parametrize("order, size, radius", [(1, 0.4, 1.05), (1, 0.2, 0.7), (2, 0.4, 0.6), (2, 0.3, 1.0)])
 def test_the_estimate_bounds_the_error_under_a_sphere(order, size, radius):
-    """Three to nine nodes in contact, and more: 1.7 to 4 times the error."""
+    """Three to nine nodes in contact, and more: 1.7 to 4 times the error, of order 2 1.4 to 1.6 times."""
+    most = 6 if order == 1 else 2
     problem = mb.Contact(tetrahedra(size, order), SPHERE, mb.Unilateral())
     for part in (0.6, 1.0):
         state = problem.solve(load=hertz_load(part * radius) / 4)
         error = true_error(state, hertz(part * radius))
-        assert error < state.error_estimate < 6 * error
+        assert error < state.error_estimate < most * error
 
 
 @pytest.mark.parametrize("order, sizes", [(1, (0.4, 0.2)), (2, (0.4,))])
