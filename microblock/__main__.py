@@ -31,7 +31,7 @@ from . import (
     Unilateral,
     __version__,
 )
-from .command import quiet, run
+from .command import did_you_mean, quiet, run
 from .data.expressions import function_of_x
 from .data.samples import obstacle_of, read_profile
 from .errors import require
@@ -151,8 +151,13 @@ def main(words: list[str] | None = None) -> int:
     if words[:1] == ["--version"]:
         print(f"microblock {__version__}")
         return 0
+    if words and words[0] not in ("-h", "--help"):
+        near = did_you_mean(words[0], ["contact"])
+        others = ", and python -m cases lists the others" * (not near)
+        print(f"microblock: {words[0]}: no such command{near or ': contact is one'}{others}", file=sys.stderr)
+        return 2
     print("contact      " + __doc__.partition("\n")[0] + "\n\nmicroblock contact --help: its options")
-    return 0 if not words or words[0] in ("-h", "--help") else 2
+    return 0
 
 
 if __name__ == "__main__":

@@ -219,7 +219,8 @@ def out_of_reach(
         message += f", the smallest error estimate was {at_least(best)}"
     met = float(at_least(margin * best))
     is_met = rtol < met < 1
-    advice = [f"ask for rtol={met:.1e}"] if is_met and met_again else []
+    finer = ", which finer levels are expected to meet" if met < best else ""
+    advice = [f"ask for rtol={met:.1e}{finer}"] if is_met and met_again else []
     if besides:
         advice.append(besides)
     if advice:

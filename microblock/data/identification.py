@@ -427,8 +427,18 @@ class _Model:
             fit.threshold,
             rows,
             solid,
-            self.warnings(left, fit, freedom),
+            [*self.far_from_guesses(fit.x), *self.warnings(left, fit, freedom)],
         )
+
+    def far_from_guesses(self, x: Array) -> list[str]:
+        """Returns sentences on moduli whose parameters, array (p,), end where they are looked for."""
+        ends = zip(self.names, x, self.bounds[0], self.bounds[1])
+        return [
+            f"{name} is looked for up to a factor of {RANGE:g} about its first guess, "
+            f"{getattr(self.first, name):g}, and the fit ends there: begin with another one"
+            for name, parameter, low, high in ends
+            if min(parameter - low, high - parameter) < 1e-3 and name not in ("nu", "beta")
+        ]
 
     def warnings(self, left: float, fit: likelihood.Fit, freedom: int) -> list[str]:
         """Returns what makes intervals doubtful: errors of the model of `left` scatters, and a misfit that

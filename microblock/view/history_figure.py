@@ -13,6 +13,8 @@ from ..model.state import State
 from ..model.types import Array, Axes, Figure
 from . import plots, surface_figure
 
+FAR_APART = 0.3  # of f P between two loads, on which a loop of hysteresis has no area that is seen
+
 
 @plots.styled
 def draw_history(states: Sequence[State], axis: Axes | None) -> Figure:
@@ -56,14 +58,26 @@ def _draw_tractions(axis: Axes, state: State) -> None:
 
 @plots.styled
 def draw_loop(axis: Axes | None, states: Sequence[State]) -> Figure:
-    """Returns the figure of an axis with Q/(f P) of states over their mean slip; in space of the parts along
-    the largest shear force.
+    """Returns the figure of an axis with Q/(f P) of states over their mean slip, a spot a load; in space of
+    the parts along the largest shear force. Between loads that are far apart straight lines are dotted: the
+    way there is none.
     """
     drawing, axis = plots.in_place(axis)
     direction = _direction(states)
     slips = [_mean_slip(state) @ direction for state in states]
     shears = [_relative_shear(state) @ direction for state in states]
-    axis.plot(slips, shears, color=plots.COLOURS[0], marker="o", markevery=[-1])
+    is_coarse = np.abs(np.diff(shears)).max(initial=0.0) > FAR_APART
+    style = ":" if is_coarse else "-"
+    axis.plot(slips, shears, style, color=plots.COLOURS[0], marker="o", markersize=3)
+    if is_coarse:
+        axis.text(
+            0.02,
+            0.97,
+            "dotted: more loads show the way between",
+            transform=axis.transAxes,
+            va="top",
+            fontsize=7,
+        )
     axis.set(xlabel="mean slip, weighted by pressure (length)", ylabel="$Q/(fP)$", ylim=(-1.1, 1.1))
     return drawing
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
+from microblock.__main__ import main
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
 
@@ -86,3 +87,10 @@ def test_samples_in_python_name_the_first_entry_at_fault():
         mb.Obstacle.from_samples(np.where(x == 100, np.nan, x), x)
     with pytest.raises(mb.BadArgument, match="entry 2 is 1 after 1: sort it, average duplicates"):
         mb.Obstacle.from_samples([0, 1, 1], [0, 1, 2])
+
+
+def test_a_command_that_is_none_is_named_on_the_error_stream(capsys):
+    for word, said in (("contct", "did you mean contact?"), ("hertz", "python -m cases lists the others")):
+        assert main([word]) == 2
+        shown = capsys.readouterr()
+        assert said in shown.err and not shown.out

@@ -687,3 +687,14 @@ def test_corners_that_share_their_gap_leave_no_moment():
     np.testing.assert_allclose(
         rough.micromoment, state.micromoment, rtol=0, atol=0.1 * state.micromoment.max()
     )
+
+
+def test_the_figure_of_a_history_has_no_way_between_few_loads():
+    """A loop of three loads was one straight line, above a dissipation: as of an elastic contact."""
+    ground = mb.HalfPlane(mb.Elastic(E=200, nu=0.3))
+    problem = mb.Contact(ground, mb.Deformable(ground, mb.Cylinder(R=8)), mb.Unilateral(friction=0.3))
+    few = problem.history([(4, 0), (4, 0.8), (4, -0.8)])
+    many = problem.history([(4, shear) for shear in np.linspace(0, 0.8, 5)])
+    for history, style in ((few, ":"), (many, "-")):
+        (way,) = history.plot().axes[1].lines
+        assert way.get_linestyle() == style and len(way.get_xdata()) == len(history.states)

@@ -281,3 +281,12 @@ def test_readings_of_the_model_itself():
     exact = {"load": LOADS, "half_width": solved}  # residuals are rounding, not 0
     with pytest.raises(mb.BadArgument, match="tell no scatter"):
         mb.identify(line(mb.Cosserat(E=99, nu=0.3, ell=0.085, beta=1)), exact, "E")
+
+
+def test_a_first_guess_in_another_unit_is_said():
+    """A guess in GPa of data in MPa ended where nothing is looked for, as a misfit that nobody can mend."""
+    half_widths = np.sqrt(4 * LOADS * 10 / np.pi / (7e4 / 0.91))
+    problem = line(mb.Elastic(E=1e-3, nu=0.3), mb.Unilateral())
+    found = mb.identify(problem, {"load": LOADS, "half_width": half_widths}, ["E"], sigma=0.01 * half_widths)
+    words = "E is looked for up to a factor of 1000 about its first guess, 0.001, and the fit ends there"
+    assert any(words in warning for warning in found.warnings)
