@@ -13,6 +13,7 @@ from .condensation import clamped_on_contact, require_nothing_prescribed, requir
 from .facets import ContactFacets
 from .forecast import OnGivenMesh
 from .friction import FollowsFriction
+from .mesh_cuts import grid_lines
 from .mesh_solution import MeshSolution, OnMesh
 from .newton import ContactGuess, MonolithicNewton, NodalState
 from .solver3d import Solver3D
@@ -103,8 +104,12 @@ class NewtonSolver3D(NewtonSolver, Solver3D):
     counter_bodies = ()
     refines = Solver3D.refines
     rate = "newton in space"
-    most_unknowns = 1_000_000  # some minutes
     time_factor = 1.0  # its states are those of Condensed()
+
+    @property
+    def most_unknowns(self) -> int:  # type: ignore[override]
+        """Unknowns of a mesh that is refined, which take some minutes; fewer of boxes, cut in whole rows."""
+        return Solver3D.most_unknowns if grid_lines(self.body.mesh) else 1_000_000
 
     def refined_at(self, load: float | None, approach: float | None, coarse: SurfaceNodes) -> OnMesh:
         guess = ContactGuess(coarse.approach, coarse.pressures_over(self))
