@@ -362,11 +362,14 @@ def test_a_peak_below_the_tip_of_a_cone_is_not_resolved_by_cells():
 @pytest.mark.parametrize("law", [mb.Unilateral(), mb.Microblock()])
 @pytest.mark.parametrize("nodes", [64, 65])
 def test_cells_do_not_resolve_the_pressure_below_a_tip(law, nodes):
-    """It has no bound, and cells, of which an edge or a centre lies below the tip, do not know its jump: none
-    is given. With blocks it acts at the corners. Below a cylinder they find the largest pressure.
+    """It has no bound, and cells, of which an edge or a centre lies below the tip, do not know its jump where
+    nobody names its place. With blocks it acts at the corners. Below a cylinder they find the largest
+    pressure.
     """
-    tip = mb.Obstacle(lambda x: 0.1 * np.abs(x), kinks=(0.0,))
+    tip = mb.Obstacle(lambda x: 0.1 * np.abs(x))
     assert not pressed(LINE, tip, law, nodes).peak("pressure").resolved
+    with pytest.raises(mb.BadArgument, match="has no bound there"):
+        pressed(LINE, mb.Obstacle(tip.height, kinks=(0.0,)), law, nodes).peak("pressure")
     assert pressed(LINE, CYLINDER, law, nodes).peak("pressure").resolved
 
 
