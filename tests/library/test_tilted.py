@@ -382,8 +382,16 @@ def test_boundaries_that_no_height_can_press_are_refused():
 
 
 @METHODS
-@pytest.mark.parametrize("law", [mb.Microblock(0.02), mb.Microclamped()], ids=str)
-@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize(
+    "dim, law",
+    [
+        (2, mb.Microblock(0.02)),
+        (2, mb.Microclamped()),
+        (3, mb.Microclamped()),
+        pytest.param(3, mb.Microblock(0.02), marks=pytest.mark.nightly),
+    ],
+    ids=str,
+)
 def test_an_overlap_is_an_initial_gap_below_0(dim, law, method):
     """On tilted surfaces, at no approach and at one away from the body: as from an obstacle farther away."""
 

@@ -561,6 +561,11 @@ def test_missing_heights_are_holes_and_rows_without_x_are_left_out(written):
     assert np.isinf(read_samples(file).height(np.array([-0.25, 0.25, 0.8]))).tolist() == [True, True, False]
 
 
+def test_lines_above_and_below_the_rows_are_counted(written):
+    profile = read_profile(written("scan\nx\tz\n-1\t0.5\n0\t0\n1\t0.5\nend of the scan\n"))
+    assert profile.understood[-2:] == ["lines above left out: 2", "lines below left out: 1"]
+
+
 def test_lengths_are_brought_to_the_unit_that_is_asked_for(written):
     file = written(*FILES["Zygo"][:2])
     assert np.allclose(read_profile(file, unit="um").x, 1e3 * FILE_X)

@@ -65,6 +65,7 @@ def test_panels_meet_closed_forms_of_classical_contact(obstacle, edge, form):
     assert np.all(state.pressure(0, np.nextafter(ends, [[-9.0], [0.0], [9.0]]).ravel()) > 0)
 
 
+@pytest.mark.nightly
 def test_panels_tell_a_coarse_state_and_a_wrong_one():
     contact, load = line_problem(mb.Microblock(0.03)), pi / 2
     states = [contact.with_(method=mb.Panels(order=order)).solve(load=load) for order in (6, 10, 14)]
@@ -92,7 +93,7 @@ def test_a_zone_that_a_state_overlooks_is_missed():
     assert right(alone)[0] > 0.5 and right(pair.solve(load=pi / 2, rtol=1e-3))[0] < 1e-3
 
 
-@pytest.mark.parametrize("number", [0, 2, 24])
+@pytest.mark.parametrize("number", [2, *(pytest.param(seed, marks=pytest.mark.nightly) for seed in (0, 24))])
 def test_hard_obstacles_are_answered_right(number):
     row = judging.outcome(lines.hard(number, seed=2020))
     assert row["class"] == "right", row
