@@ -31,6 +31,7 @@ from ..model.types import Array, Integers, Interval
 GRADING = 0.5
 RATIO = 0.15  # of the elements towards a graded vertex
 KINDS = (ng.SEGM, ng.TRIG, ng.QUAD, ng.TET, ng.PRISM, ng.PYRAMID, ng.HEX)  # of elements
+LOCKED = 20.0  # lambda/mu at which elements of order 1 leave displacements a tenth off
 SLIVER = 1e-9  # of the reach, below which two edges are one
 
 Spacing: TypeAlias = tuple[float, float, float]  # (left, right, length of the elements between)
@@ -49,9 +50,16 @@ def longest_element(solid: Cosserat, order: int) -> float:
 
 def locking(solid: Cosserat, order: int, depth: float, half_width: float) -> list[str]:
     """Returns sentences on elements, `depth` deep below a contact, that lock: they are off by about
-    0.02 lambda/mu (depth/half_width)^(2 order).
+    0.02 lambda/mu (depth/half_width)^(2 order), and those of order 1, however fine they are there, by the
+    locking of all others.
     """
-    stiffer = solid.lam / solid.mu * min(depth / half_width, 1.0) ** (2 * order)
+    ratio = solid.lam / solid.mu
+    stiffer = ratio * min(depth / half_width, 1.0) ** (2 * order)
+    if order == 1 and stiffer < 2.5 and ratio > LOCKED:
+        return [
+            f"elements of order 1 lock where nu = {solid.nu:.4g}, also far from the contact: displacements are "
+            "a tenth too small, or more; take order 2"
+        ]
     if order > 2 or stiffer < 2.5:
         return []
     return [

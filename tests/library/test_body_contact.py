@@ -436,6 +436,25 @@ def test_locking_is_said(nu, order, locks):
         assert any("lock where nu" in words for words in state.warnings) == locks
 
 
+@pytest.mark.parametrize("nu, locks", [(0.3, False), (0.49, True)])
+def test_elements_of_order_1_lock_far_from_the_contact_as_well(nu, locks):
+    """They are 1/40 of the half-width deep below it; displacements are 4 % too small, or 24 %."""
+    graded = MakeStructured2DMesh(
+        quads=False, nx=24, ny=12, mapping=lambda x, y: (4 * (2 * x - 1) ** 3, -4 * (1 - y) ** 3)
+    )
+    states = [
+        mb.Contact(
+            mb.Body(graded, mb.Elastic(E=100, nu=nu), order, fixed="bottom", contact="top"),
+            mb.Cylinder(R=10),
+            UNILATERAL,
+        ).solve(load=3.0)
+        for order in (1, 3)
+    ]
+    said = [any("lock where nu" in words for words in state.warnings) for state in states]
+    assert said == [locks, False]
+    assert (1 - states[0].approach / states[1].approach > 0.1) == locks
+
+
 def test_states_that_miss_what_was_asked_are_not_returned(monkeypatch):
     """Whatever a method returns: its load, its approach and its residual are looked at."""
     state = pressed(flat(), method=mb.Condensed())
