@@ -57,8 +57,8 @@ def locking(solid: Cosserat, order: int, depth: float, half_width: float) -> lis
     stiffer = ratio * min(depth / half_width, 1.0) ** (2 * order)
     if order == 1 and stiffer < 2.5 and ratio > LOCKED:
         return [
-            f"elements of order 1 lock where nu = {solid.nu:.4g}, also far from the contact: displacements are "
-            "a tenth too small, or more; take order 2"
+            f"elements of order 1 lock where nu = {solid.nu:.4g}, also far from the contact: displacements "
+            "are a tenth too small, or more; take order 2"
         ]
     if order > 2 or stiffer < 2.5:
         return []
