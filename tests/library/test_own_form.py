@@ -142,6 +142,21 @@ def test_where_psi_is_held_the_nearest_corner_stands_alone():
     assert np.isinf(corners.initial_gaps).any(axis=0).all() and (pressures.sum(axis=0) > 0).any()
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_an_approach_is_vertical_on_a_tilted_boundary(dim):
+    """Gaps fall by the approach times the upward component of n, which is 1/sqrt(1 + .3^2) (to rounding)."""
+    if dim == 2:
+        mesh = MakeStructured2DMesh(nx=2, ny=1, mapping=lambda x, y: (x, y + 0.3 * x))
+        obstacle, u = (lambda x: 3 + 0 * x), ng.CF((0, 0))
+    else:
+        mesh = MakeStructured3DMesh(nx=2, ny=1, nz=1, mapping=lambda x, y, z: (x, y, z + 0.3 * x))
+        obstacle, u = (lambda x1, x2: 3 + 0 * x1), ng.CF((0, 0, 0))
+    boundary = ContactSurface(mesh, "top", order=1)
+    corners = boundary.corners(mb.Unilateral(), obstacle)
+    gaps = [boundary.at_nodes(corners.gaps(u, approach=approach)[0]) for approach in (0.0, 0.1)]
+    assert gaps[0] - gaps[1] == pytest.approx(0.1 / np.hypot(1, 0.3), rel=1e-12)
+
+
 @pytest.mark.parametrize("order", [1, 2])
 def test_a_form_in_space_has_the_pressures_of_a_body(order):
     mesh = MakeStructured3DMesh(hexes=False, nx=3, ny=3, nz=2, mapping=lambda x, y, z: (x, y, z - 1))
