@@ -152,9 +152,9 @@ def main(words: list[str] | None = None) -> int:
         print(f"microblock {__version__}")
         return 0
     if words and words[0] not in ("-h", "--help"):
-        near = did_you_mean(words[0], ["contact"])
-        others = ", and python -m cases lists the others" * (not near)
-        print(f"microblock: {words[0]}: no such command{near or ': contact is one'}{others}", file=sys.stderr)
+        elsewhere = ": contact is one, and python -m cases lists the others"
+        hint = did_you_mean(words[0], ["contact"]) or elsewhere
+        print(f"microblock: {words[0]}: no such command{hint}", file=sys.stderr)
         return 2
     print("contact      " + __doc__.partition("\n")[0] + "\n\nmicroblock contact --help: its options")
     return 0

@@ -432,12 +432,12 @@ class _Model:
 
     def far_from_guesses(self, x: Array) -> list[str]:
         """Returns sentences on moduli whose parameters, array (p,), end where they are looked for."""
-        ends = zip(self.names, x, self.bounds[0], self.bounds[1])
+        at_low, at_high = likelihood.at_bounds(x, self.bounds)
         return [
             f"{name} is looked for up to a factor of {RANGE:g} about its first guess, "
             f"{getattr(self.first, name):g}, and the fit ends there: begin with another one"
-            for name, parameter, low, high in ends
-            if min(parameter - low, high - parameter) < 1e-3 and name not in ("nu", "beta")
+            for name, is_at_end in zip(self.names, at_low | at_high)
+            if is_at_end and math.inf in ENDS[name]  # nu and beta end there however data are
         ]
 
     def warnings(self, left: float, fit: likelihood.Fit, freedom: int) -> list[str]:

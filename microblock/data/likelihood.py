@@ -25,7 +25,7 @@ from scipy.optimize import brentq, least_squares
 
 from ..errors import MicroblockError, NotConverged, require
 from ..model.progress import counted
-from ..model.types import Array
+from ..model.types import Array, Flags
 
 END_TOLERANCE = 2e-3  # of the square root of the threshold, to which ends of intervals are found
 GAIN = 0.02  # of the threshold, which the linearised model tells to a few per cent of it
@@ -193,18 +193,26 @@ def _inverse(matrix: Array) -> Array:
     return np.full_like(matrix, np.inf)
 
 
+def at_bounds(x: Array, bounds: tuple[Array, Array]) -> tuple[Flags, Flags]:
+    """Returns which parameters, array (p,), have reached the lower and which the upper bound, (p,) each."""
+    low, high = bounds
+    nearness = AT_BOUND * (high - low)
+    return x < low + nearness, x > high - nearness
+
+
 def _from_other_sides(x: Array, fixed: int, bounds: tuple[Array, Array]) -> Iterator[Array]:
     """Yields x, array (p,), with each parameter but one that has reached a bound near its other bound: a
     valley may go on there, as that of nu does, whose square is seen.
     """
     low, high = bounds
-    nearness = AT_BOUND * (high - low)
-    for j in np.flatnonzero((x < low + nearness) | (x > high - nearness)):
-        if j != fixed:
-            start = x.copy()
-            inside = OTHER_SIDE * (high[j] - low[j])
-            start[j] = low[j] + inside if x[j] > low[j] + nearness[j] else high[j] - inside
-            yield start
+    inside = OTHER_SIDE * (high - low)
+    at_low, at_high = at_bounds(x, bounds)
+    for reached, other_side in ((at_low, high - inside), (at_high, low + inside)):
+        for j in np.flatnonzero(reached):
+            if j != fixed:
+                start = x.copy()
+                start[j] = other_side[j]
+                yield start
 
 
 def _profile(misfit: Misfit, x: Array, least: float, inverse: Array, i: int) -> Profile:

@@ -282,15 +282,17 @@ class MonolithicNewton:
         """Assembles the tangent of the contact term with these corners closed, (corners, n): of given
         multipliers its sign of (40) alone counts.
         """
-        given = [multiplier.vec.Copy() for multiplier in self._given]
-        if self._multipliers_given:
-            gaps = self._g0 - self._corners(unknowns)[1] - unknowns.vec[-1] * self._up
-            beyond = 2 * np.abs((self.rho * gaps)[np.isfinite(gaps)]).max()
-            for multiplier, flags in zip(self._given, closed):
-                multiplier.vec.data = self.facets.field(np.where(flags, -beyond, beyond)).vec
+        if not self._multipliers_given:
+            self._contact.AssembleLinearization(unknowns.vec)
+            return
+        stresses = [multiplier.vec.Copy() for multiplier in self._given]
+        gaps = self._g0 - self._corners(unknowns)[1] - unknowns.vec[-1] * self._up
+        beyond = 2 * np.abs((self.rho * gaps)[np.isfinite(gaps)]).max()
+        for multiplier, flags in zip(self._given, closed):
+            multiplier.vec.data = self.facets.field(np.where(flags, -beyond, beyond)).vec
         self._contact.AssembleLinearization(unknowns.vec)
-        for multiplier, values in zip(self._given, given):
-            multiplier.vec.data = values
+        for multiplier, stress in zip(self._given, stresses):
+            multiplier.vec.data = stress
 
     def _multipliers(self, vectors: Any) -> list[Array]:
         """Returns coefficients of the corners' multipliers, over `_unit`, arrays (unknowns,)."""

@@ -13,7 +13,6 @@ from .condensation import clamped_on_contact, require_nothing_prescribed, requir
 from .facets import ContactFacets
 from .forecast import OnGivenMesh
 from .friction import FollowsFriction
-from .mesh_cuts import grid_lines
 from .mesh_solution import MeshSolution, OnMesh
 from .newton import ContactGuess, MonolithicNewton, NodalState
 from .solver3d import Solver3D
@@ -109,7 +108,7 @@ class NewtonSolver3D(NewtonSolver, Solver3D):
     @property
     def most_unknowns(self) -> int:  # type: ignore[override]
         """Unknowns of a mesh that is refined, which take some minutes; fewer of boxes, cut in whole rows."""
-        return Solver3D.most_unknowns if grid_lines(self.body.mesh) else 1_000_000
+        return Solver3D.most_unknowns if self.grid_lines else 1_000_000
 
     def refined_at(self, load: float | None, approach: float | None, coarse: SurfaceNodes) -> OnMesh:
         guess = ContactGuess(coarse.approach, coarse.pressures_over(self))

@@ -117,14 +117,18 @@ class Solver3D(OnGivenMesh):
 
     @property
     def refines(self) -> bool:
-        mesh = self.body.mesh
-        simplices = all(element.type == ng.ET.TET for element in mesh.Elements())
-        return (simplices or grid_lines(mesh) is not None) and self.counter is None
+        simplices = all(element.type == ng.ET.TET for element in self.body.mesh.Elements())
+        return (simplices or self.grid_lines is not None) and self.counter is None
+
+    @cached_property
+    def grid_lines(self) -> list[Array] | None:
+        """Those of the body's mesh, if its elements are the boxes of a grid."""
+        return grid_lines(self.body.mesh)
 
     def refined_cost(self, rtol: float) -> cost.Cost:
         # of a sphere: the error falls like the length of facets along the edge of the contact
         body = self.body
-        of_field = 1300 * body.order if grid_lines(body.mesh) else 400 * (3 - body.order)
+        of_field = 1300 * body.order if self.grid_lines else 400 * (3 - body.order)
         needed = body.unknowns + of_field * len(body.names) / rtol
         return cost.predict(self.rate, needed, times=2)
 

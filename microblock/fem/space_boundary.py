@@ -12,7 +12,7 @@ from ..model.intervals import distance_to_edges
 from ..model.law import side_directions
 from ..model.types import Array, Flags, Integers
 from .facet_rules import rule_at
-from .mesh_cuts import cut, grid_lines, with_rows_halved
+from .mesh_cuts import cut, with_rows_halved
 
 CELLS_IN_ROW = 512  # in a row, of which the distance from the edges of an obstacle is known
 
@@ -239,7 +239,7 @@ class SpaceBoundary:
     def finer(self, chosen: Flags) -> Any:
         """Returns the mesh with the chosen elements cut, boxes of a grid in whole rows."""
         mesh = self.nodes.body.mesh
-        lines = grid_lines(mesh)
+        lines = self._solver.grid_lines
         if lines is not None:
             return with_rows_halved(mesh, lines, chosen)
         finer = ng.Mesh(mesh.ngmesh.Copy())

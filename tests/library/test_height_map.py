@@ -1,7 +1,6 @@
 """Measured height maps: where samples lie, holes, trends, and what roughness is called by."""
 
 import sys
-import time
 from types import SimpleNamespace
 
 import numpy as np
@@ -108,21 +107,34 @@ def test_missing_heights_are_counted():
     assert "32 of 256 heights are NaN: taken as places without an obstacle" in state.warnings
 
 
-@pytest.mark.nightly
-def test_rough_maps_without_a_period():
-    """Summits in a map of 128 x 128 heights took 20 s and more: about a place that carries nothing squares
-    shrank without end. A place between the cells left an estimate of inf without a reason.
-    """
+def rough_map(seed):
+    """A contact with a self-affine map of 128 x 128 heights without a period."""
     x = (np.arange(128) + 0.5) / 128 - 0.5
     waves = mb.RoughSurface.from_spectrum(
-        period=1.0, hurst=0.8, rms_slope=0.1, roll_off=4, cut_off=40, seed=1
+        period=1.0, hurst=0.8, rms_slope=0.1, roll_off=4, cut_off=40, seed=seed
     )
     rough = mb.RoughSurface.from_heights(waves.height(*np.meshgrid(x, x)), 1 / 128)
-    problem = mb.Contact(mb.HalfSpace(mb.Elastic(E=100, nu=0.3)), rough, mb.Unilateral())
-    seconds = time.process_time()
-    state = problem.solve(load=0.01)
-    assert time.process_time() - seconds < 5  # 1.3 s beside nothing else
-    assert state.contact_area == pytest.approx(0.0023, rel=0.1)  # of 10 squares about the summits, 2.27e-3
+    return mb.Contact(mb.HalfSpace(mb.Elastic(E=100, nu=0.3)), rough, mb.Unilateral())
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("seed, load, area", [(1, 1e-2, 2.3e-3), (2, 1e-3, 2.8e-4), (3, 1e-3, 3.4e-4)])
+def test_rough_maps_without_a_period(seed, load, area):
+    """About a place that carries nothing squares shrank without end: to 1e-28 for seed 3, in 37 rounds, now
+    12, and for seed 2 until numbers were lost. The area is that of one grid, whose edges are coarser.
+    """
+    problem = rough_map(seed)
+    state = problem.solve(load=load)
+    on_one_grid = problem.with_(method=mb.Cells(nodes=1024, window=(-0.5, 0.5))).solve(load=load)
+    assert state.contact_area == pytest.approx(area, rel=0.1)
+    assert on_one_grid.contact_area == pytest.approx(area, rel=0.1)
+    assert min(grid.side for grid in state.solution.grid.grids) > 1e-4
+
+
+@pytest.mark.nightly
+def test_summits_between_cells_name_the_cells_that_may_see_them():
+    """An estimate of inf had no reason."""
+    problem = rough_map(1)
     coarse = problem.with_(method=mb.Cells(nodes=128)).solve(load=0.01)
     assert any("between cells" in words and "try Cells(nodes=256)" in words for words in coarse.warnings)
 
